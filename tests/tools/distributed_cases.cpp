@@ -94,6 +94,14 @@ TEST_F(DistributedCommand, EndsAllProcessesWithTheReason) {
   refused("pile --steps 0", "--steps");
   refused("pile --picture x.png", "not with --distributed");
   refused("many_worlds --set worlds=2 --set bodies=10", "--set worlds=1");
+  const std::string script = path("of_rank.sh");
+  std::ofstream(script)
+      << "exec '" SCREE_COMMAND
+      << "' run --distributed --threads 1 pile --steps 3 --set bodies=4$OMPI_COMM_WORLD_RANK\n";
+  const Outcome differ = launch(3, "sh '" + script + "'");
+  EXPECT_NE(differ.exit_code, 0);
+  EXPECT_NE(differ.err.find("the scenes of the processes differ"), std::string::npos) << differ.err;
+  EXPECT_EQ(differ.err.find("differ"), differ.err.rfind("differ")) << "told more than once: " << differ.err;
 }
 
 TEST_F(DistributedCommand, ReadmeProgramPrintsTheSameHashForEachNumberOfRanks) {

@@ -104,6 +104,8 @@ Plan make_plan(const RunOptions& options) {
   plan.warmup = options.warmup.value_or(std::min(1, plan.steps - 1));
   plan.checkpoint = options.checkpoint;
   plan.checkpoint_steps = options.checkpoint_steps.value_or(kStepsToCheckpoint);
+  if (options.distributed && plan.worlds.size() > 1)
+    throw Error("--distributed: is for one world; say --set worlds=1");
   for (const auto& [name, file] :
        {std::pair("--checkpoint", options.checkpoint), std::pair("--resume", options.resume)}) {
     if (file.empty()) continue;
@@ -224,22 +226,48 @@ std::uint64_t available_memory() {
   return 0;
 }
 
-// Each process has the rows of all bodies, and contacts of its own ones. A pile of 500,000 bodies took 0.94
-// KB for a row, and at rest a body has some three contacts of 0.7 KB.
-void check_memory(const scenes::Scene& scene, const Team& team, const RunOptions& options) {
-  constexpr std::uint64_t kBytesPerRow = 1000, kBytesPerOwnBody = 2100;
+// What each process takes at most, now that it has the scene. A pile of 500,000 bodies took 0.94 KB for the
+// rows of a body, and at rest a body has some three contacts of 0.7 KB. Of a body of others a process has 70
+// bytes, and a joint is everywhere.
+std::uint64_t memory_of_each(const scenes::Scene& scene, const Team& team, const RunOptions& options) {
+  constexpr std::uint64_t kBytesPerBody = 3100, kBytesPerRow = 1000, kBytesPerAbsentBody = 100,
+                          kBytesPerJoint = 600;
   const auto processes = static_cast<std::uint64_t>(team.processes_here());
   const auto ranks = static_cast<std::uint64_t>(team.processes());
-  // Who reads a checkpoint has the whole world three times; one process gathers it for keyframes.
-  const std::uint64_t worlds = options.resume.empty() ? 0 : 3 * processes;
-  const std::uint64_t wholes = worlds + (options.record.empty() ? 0 : 1);
-  const std::uint64_t each = scene.bodies.size() * (kBytesPerRow + kBytesPerOwnBody / ranks) +
-                             wholes * scene.bodies.size() * (kBytesPerRow + kBytesPerOwnBody) / processes;
+  const std::uint64_t bodies = scene.bodies.size();
+  const std::uint64_t part =
+      bodies * (kBytesPerBody / ranks + kBytesPerAbsentBody) + scene.joints.size() * kBytesPerJoint;
+  // Who reads a checkpoint has the whole world three times, and one process has the rows of all bodies while
+  // it makes its part of a file.
+  const bool writes = !options.record.empty() || !options.checkpoint.empty();
+  if (!options.resume.empty()) return part + 3 * bodies * kBytesPerBody;
+  return part + (writes ? bodies * kBytesPerRow / processes : 0);
+}
+
+// Each looks before any of them takes more.
+void check_memory(const scenes::Scene& scene, Team& team, const RunOptions& options) {
+  const auto processes = static_cast<std::uint64_t>(team.processes_here());
+  const std::uint64_t each = memory_of_each(scene, team, options);
   const std::uint64_t available = available_memory();
+  team.meet();
   if (available == 0 || each * processes <= available) return;
   throw Error("--distributed: " + std::to_string(scene.bodies.size()) + " bodies take about " +
               std::to_string(each >> 20) + " MiB in each of the " + std::to_string(processes) +
               " processes of a machine that has " + std::to_string(available >> 20) + " MiB left");
+}
+
+// Fills the world of a team: each process gives its share of a scene. What goes on from a checkpoint, each of
+// them makes as a whole.
+std::vector<BodyId> populate_team(Team& team, const scenes::Scene& scene, double latency, Workers& workers) {
+  const std::uint64_t own = scenes::digest_of(scene) >> 32;
+  team.meet();
+  // All are the same exactly where the mean of the squares is the square of the mean.
+  const auto sum = static_cast<std::uint64_t>(team.add_up(static_cast<std::int64_t>(own)));
+  const auto squares = static_cast<std::uint64_t>(team.add_up(static_cast<std::int64_t>(own * own)));
+  if (static_cast<std::uint64_t>(team.processes()) * squares != sum * sum)
+    throw Error("--distributed: the scenes of the processes differ");
+  team.take(World(scene.settings), latency);
+  return scenes::populate(team.world(), scene, workers);
 }
 
 bool are_alike(const World& one, const World& other) {
@@ -415,8 +443,11 @@ RunFigures run(const RunOptions& options, Team* team) {
   std::vector<World> worlds;
   std::vector<Cast> casts;
   worlds.reserve(plan.worlds.size());
+  const bool is_shared = team != nullptr && options.resume.empty();  // from the beginning
   for (scenes::Scene& scene : plan.worlds) {
-    std::vector<BodyId> bodies = scenes::populate(worlds.emplace_back(scene.settings), scene);
+    std::vector<BodyId> bodies = is_shared
+                                     ? populate_team(*team, scene, options.latency.value_or(0.0), workers)
+                                     : scenes::populate(worlds.emplace_back(scene.settings), scene);
     if (scene.drives.empty() && scene.changes.empty()) bodies = {};
     casts.push_back({scenes::script_of(scene), std::move(bodies)});
     for (const scenes::SceneBody& body : scene.bodies) {
@@ -427,12 +458,10 @@ RunFigures run(const RunOptions& options, Team* team) {
   }
   if (!options.resume.empty()) plan.steps_taken = resume(worlds.front(), options, plan.steps);
   plan.warmup = figures.warmup = std::min(plan.warmup, plan.steps - plan.steps_taken - 1);
-  if (team != nullptr) {
-    if (worlds.size() > 1) throw Error("--distributed: is for one world; say --set worlds=1");
-    team->take(std::move(worlds.front()), options.latency.value_or(0.0));
-  }
+  if (team != nullptr && !is_shared) team->take(std::move(worlds.front()), options.latency.value_or(0.0));
   std::vector<World*> pointers;
-  for (World& world : worlds) pointers.push_back(team != nullptr ? &team->world().world() : &world);
+  for (World& world : worlds) pointers.push_back(&world);
+  if (team != nullptr) pointers = {&team->world().world()};
   Recording recording;
   recording.begin(*pointers.front(), team, options, workers);
   Trace* const tracing = trace ? &*trace : nullptr;

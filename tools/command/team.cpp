@@ -55,12 +55,8 @@ class MpiTeam final : public Team {
   int processes() const override { return transport_->ranks(); }
   int processes_here() const override { return here_; }
   void take(World world, double latency) override {
-    const std::int64_t failed = add_up(0);
+    meet();
     has_begun_ = true;
-    if (failed > 0) {
-      add_up(0);  // until that one has told why
-      throw Error("--distributed: another rank has failed");
-    }
     if (latency > 0.0)
       delayed_.emplace(*transport_, std::chrono::nanoseconds(static_cast<std::int64_t>(1e3 * latency)));
     world_.emplace(std::move(world), delayed_ ? static_cast<Transport&>(*delayed_) : *transport_);
@@ -70,17 +66,23 @@ class MpiTeam final : public Team {
     transport_->add_up({&own, 1});
     return own;
   }
+  void meet() override {
+    if (add_up(0) == 0) return;
+    add_up(0);  // until that one has told why
+    has_begun_ = true;
+    throw Error("--distributed: another rank has failed");
+  }
   void note_checkpoint(const std::string& file, std::uint64_t step) override {
     command::note_checkpoint(file, step);
   }
   [[noreturn]] void fail(const std::exception& error, int exit_code) override {
+    stop_watching();
     if (has_begun_) {
-      stop_watching();
       std::cerr << "scree: rank " << transport_->rank() << ": " << error.what() << "\n"
                 << describe_losses() << std::flush;
       MPI_Abort(MPI_COMM_WORLD, exit_code);
     }
-    // Others wait as they take the world, or fail alike: then one of them tells.
+    // Others wait in meet(), or fail alike: then one of them tells.
     const std::int64_t failed = add_up(1);
     if (leads() || failed < transport_->ranks())
       std::cerr << "scree: rank " << transport_->rank() << ": " << error.what() << std::endl;

@@ -23,6 +23,8 @@ class Team {
   virtual void take(World world, double latency) = 0;
   virtual DistributedWorld& world() = 0;
   virtual std::int64_t add_up(std::int64_t own) = 0;  // of all processes, which call it together
+  // Before the world is taken: goes on when all processes have come here; throws Error where one has failed.
+  virtual void meet() = 0;
   // What is told besides where the run ends before its time: all steps until this one are in the file.
   virtual void note_checkpoint(const std::string& file, std::uint64_t step) = 0;
   // Ends all processes with the message. Before the world is taken all of them fail alike: then one tells.

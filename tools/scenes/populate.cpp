@@ -1,7 +1,9 @@
 // Scene -> world, at its beginning and while it runs.
+#include <tools/scenes/digest.h>
 #include <tools/scenes/scene.h>
 
 #include <algorithm>
+#include <bit>
 #include <iterator>
 #include <utility>
 
@@ -93,6 +95,41 @@ std::vector<BodyId> populate(World& world, const Scene& scene, std::vector<Joint
   std::vector<JointId> joint_ids = create_joints(world, scene, ids);
   if (joints != nullptr) *joints = std::move(joint_ids);
   return ids;
+}
+
+std::vector<BodyId> populate(DistributedWorld& world, const Scene& scene, Workers& workers) {
+  const std::size_t count = scene.bodies.size();
+  const auto rank = static_cast<std::size_t>(world.rank()), ranks = static_cast<std::size_t>(world.ranks());
+  std::vector<BodyId> ids(count);
+  auto row = static_cast<std::uint32_t>(world.world().poses().size());
+  world.give(
+      [&](World& part) {
+        create_range(part, scene, count * rank / ranks, count * (rank + 1) / ranks, false, ids);
+      },
+      workers);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!scene.bodies[i].comes_later) ids[i] = world.world().body_at(row++);
+  }
+  create_joints(world.world(), scene, ids);
+  return ids;
+}
+
+std::uint64_t digest_of(const Scene& scene) {
+  Digest digest;
+  const auto add = [&](auto... numbers) {
+    (digest.add(std::bit_cast<std::uint64_t>(static_cast<double>(numbers))), ...);
+  };
+  const auto add_vector = [&](const Vec3& vector) { add(vector.x, vector.y, vector.z); };
+  add(scene.bodies.size(), scene.shapes.size(), scene.joints.size(), scene.steps, scene.dt);
+  for (const SceneBody& body : scene.bodies) {
+    add(static_cast<int>(body.def.type), body.first_shape, body.shape_count, body.comes_later ? 1 : 0);
+    add_vector(body.def.position);
+    add_vector(body.def.linear_velocity);
+  }
+  for (const SceneShape& shape : scene.shapes)
+    add(shape.geometry.index(), shape.material.friction, shape.material.restitution, shape.material.density);
+  for (const SceneJoint& joint : scene.joints) add(joint.joint.index(), joint.body_a, joint.body_b);
+  return digest.value();
 }
 
 std::span<const SceneChange> changes_at(const Scene& scene, std::int64_t steps_done) {

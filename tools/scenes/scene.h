@@ -4,6 +4,7 @@
 // A few scenes consist of many independent worlds, hence the vector.
 #pragma once
 
+#include <scree/distributed_world.h>
 #include <scree/scree.h>
 
 #include <cstdint>
@@ -102,6 +103,15 @@ void drive(World& world, std::span<const SceneDrive> drives, std::span<const Bod
 /// Creates the scene's bodies and joints in an empty world. Returns the bodies' handles in the scene's order,
 /// with empty ones for bodies that arrive later. The joints' handles go to `joints` if it is given.
 std::vector<BodyId> populate(World& world, const Scene& scene, std::vector<JointId>* joints = nullptr);
+
+/// As the other one, in an empty world that many ranks have, by DistributedWorld::give: each rank gives an
+/// equal share of the bodies, one run of the list, and all ranks create the joints. All ranks call it
+/// together, with the same scene.
+std::vector<BodyId> populate(DistributedWorld& world, const Scene& scene, Workers& workers);
+
+/// The same number for equal scenes, another one where bodies are at other places, or have other types,
+/// shapes, materials or joints, or where steps or dt differ.
+std::uint64_t digest_of(const Scene& scene);
 
 /// The changes that are due after this many steps.
 std::span<const SceneChange> changes_at(const Scene& scene, std::int64_t steps_done);

@@ -7,6 +7,7 @@
 #include <tests/parallel/distributed/absent_rows.h>
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/physics/lab.h>
+#include <tools/scenes/scene.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 #include <span>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -79,6 +81,46 @@ TEST(DistributedGive, WhatEachRankGivesHasTheBitsOfOneProcess) {
     }
   });
   EXPECT_EQ(all_of(errors), "");
+}
+
+// Bodies with several shapes, joints, meshes, hulls, bodies that come later or are driven.
+TEST(DistributedGive, ASceneOfWhichEachRankGivesAShareHasTheBitsOfOneProcess) {
+  const std::pair<const char*, scenes::Parameters> kScenes[] = {
+      {"pile", {{"bodies", 60}}},      {"motors", {{"machines", 2}}},
+      {"wheel_pile", {{"wheels", 6}}}, {"ragdoll_rain", {{"ragdolls", 3}, {"triangles", 200}}},
+      {"drum", {{"bodies", 50}}},      {"spawning", {{"bodies", 10}, {"life", 10}}},
+      {"streaming", {{"blocks", 3}}},
+  };
+  for (const auto& entry : kScenes) {
+    const std::string name = entry.first;
+    const scenes::Scene scene = scenes::build(name, entry.second).front();
+    World one(scene.settings);
+    std::vector<BodyId> expected = scenes::populate(one, scene);
+    const std::vector<BodyId> at_first = expected;
+    Workers workers(1);
+    std::vector<std::uint64_t> hashes;
+    for (int i = 0; i < 40; ++i) {
+      scenes::direct(one, scene, expected, i, scene.dt);
+      step(one, scene.dt, workers);
+      hashes.push_back(one.hash());
+    }
+    const auto errors = run_ranks(3, [&](int, Transport& transport) {
+      Workers of_rank(1);
+      DistributedWorld world(World(scene.settings), transport, {.steps_per_look = 6, .imbalance = 1.0f});
+      std::vector<BodyId> bodies = scenes::populate(world, scene, of_rank);
+      ASSERT_EQ(bodies.size(), at_first.size()) << name;
+      for (std::size_t i = 0; i < bodies.size(); ++i)
+        ASSERT_TRUE(bodies[i].index == at_first[i].index && bodies[i].generation == at_first[i].generation)
+            << name << ", body " << i;
+      for (int i = 0; i < 40; ++i) {
+        distributed_tests::scramble_absent_rows(internals(world.world()));
+        scenes::direct(world.world(), scene, bodies, i, scene.dt);
+        world.step(scene.dt, of_rank);
+        ASSERT_EQ(world.hash(), hashes[static_cast<std::size_t>(i)]) << name << ", step " << i;
+      }
+    });
+    EXPECT_EQ(all_of(errors), "") << name;
+  }
 }
 
 // Kinematic bodies are on all ranks until one makes them dynamic: then they are its own, or where they lie.
