@@ -144,6 +144,7 @@ void adopt_calls(WorldData& data, Border& border) {
   border.owner.resize(bodies.flags.size(), kEveryRank);
   border.generation.resize(bodies.flags.size(), 0);
   if (!bodies.lists_dirty && data.shapes.dirty.empty()) return;
+  check_new_bodies(data, border);
   Changes changes;
   changes.became_common.resize(border.halos.size());
   if (bodies.all_changed) {

@@ -5,6 +5,7 @@
 #include <scree/error.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <utility>
@@ -12,6 +13,9 @@
 namespace scree {
 
 namespace {
+
+// Farther out, floats are 2 mm apart and more, and a slop of 5 mm is few of these.
+constexpr float kMostDistance = 16384.0f;  // m, along an axis
 
 [[noreturn]] void refuse(const std::string& what) { throw Error("DistributedWorld: " + what); }
 
@@ -64,8 +68,39 @@ void Border::report(const char* store, const Visit& visit) const {
 void check_border(const WorldData& data) {
   if (data.settings.solver > Solver::sequential_impulse)
     refuse("solvers over the whole system are not supported: soft_step and sequential_impulse are");
-  if (const Border* const border = border_of(data); border != nullptr && border->is_giving)
-    refuse("one rank makes calls by give(): what all ranks do together must wait");
+  const Border* const border = border_of(data);
+  if (border == nullptr) return;
+  check_not_giving(*border);
+  check_new_bodies(data, *border);
+}
+
+void check_not_giving(const Border& border) {
+  if (border.is_giving) refuse("one rank makes calls by give(): what all ranks do together must wait");
+}
+
+void check_position(const Bodies& bodies, std::int32_t body) {
+  for (const float at : bodies.pose[body].position) {
+    if (std::abs(at) <= kMostDistance) continue;
+    refuse("body " + std::to_string(body) + " is " + std::to_string(at) +
+           " m from the origin along an axis; it must be at most " +
+           std::to_string(static_cast<int>(kMostDistance)) + " m");
+  }
+}
+
+void check_new_bodies(const WorldData& data, const Border& border) {
+  const Bodies& bodies = data.bodies;
+  const auto check = [&](std::int32_t body) {
+    const auto row = static_cast<std::size_t>(body);
+    const bool is_new = row >= border.owner.size() || border.owner[row] == kEveryRank ||
+                        border.generation[row] != bodies.generation[row];
+    if (is_new && (bodies.flags[row] & kBodyAlive) != 0 && bodies.type[row] == BodyType::dynamic)
+      check_position(bodies, body);
+  };
+  if (!bodies.all_changed) {
+    for (const std::int32_t body : bodies.changed) check(body);
+    return;
+  }
+  for (std::size_t row = 0; row < bodies.flags.size(); ++row) check(static_cast<std::int32_t>(row));
 }
 
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner) {

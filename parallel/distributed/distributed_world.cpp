@@ -102,18 +102,9 @@ void check_options(const DistributedOptions& options) {
   }
 }
 
-// Farther out, floats are 2 mm apart and more, and a slop of 5 mm is few of these.
-constexpr float kMostDistance = 16384.0f;  // m, along an axis
-
 void check_positions(const Bodies& bodies) {
   for (std::size_t body = 0; body < bodies.flags.size(); ++body) {
-    if (!is_shared_out(bodies, body)) continue;
-    for (const float at : bodies.pose[body].position) {
-      if (std::abs(at) <= kMostDistance) continue;
-      throw Error("DistributedWorld: body " + std::to_string(body) + " is " + std::to_string(at) +
-                  " m from the origin along an axis; it must be at most " +
-                  std::to_string(static_cast<int>(kMostDistance)) + " m");
-    }
+    if (is_shared_out(bodies, body)) check_position(bodies, static_cast<std::int32_t>(body));
   }
 }
 
@@ -236,7 +227,7 @@ struct DistributedWorld::Impl {
   // where there is no other rank to take them from. All ranks throw what the work throws.
   template <class Work>
   void while_whole(Workers& workers, Work&& work) {
-    check_border(data());
+    check_not_giving(border());
     adopt_calls(data(), border());
     bool& is_stale = data().contacts.manifolds_stale;  // which those find who have the body
     is_stale = !border().transport.holds_everywhere(!is_stale);
@@ -287,7 +278,7 @@ struct DistributedWorld::Impl {
     add_keyframe(workers);
   }
   std::optional<Error> add_keyframe(Workers& workers) {
-    check_border(data());
+    check_not_giving(border());
     adopt_calls(data(), border());
     Crew crew(workers);
     SharedRecorder::Impl* const of_first = recorder ? SharedRecorder::impl(*recorder) : nullptr;
@@ -368,7 +359,7 @@ bool DistributedWorld::owns(BodyId body) const {
 void DistributedWorld::give(const std::function<void(World&)>& calls, Workers& workers) {
   Impl& impl = *impl_;
   Border& border = impl.border();
-  check_border(impl.data());
+  check_not_giving(border);
   adopt_calls(impl.data(), border);
   const std::vector<std::int32_t> owners = border.owner;
   const AfterCalls after = [&] { let_go_of_given(impl.data(), border); };
@@ -418,7 +409,7 @@ void DistributedWorld::step(float dt, Workers& workers) {
 }
 
 std::uint64_t DistributedWorld::hash() {
-  check_border(impl_->data());
+  check_not_giving(impl_->border());
   adopt_calls(impl_->data(), impl_->border());
   return hash_of_all(impl_->data(), impl_->border());
 }
@@ -428,7 +419,7 @@ void DistributedWorld::stats(std::span<RankStats> by_rank) {
     throw Error("DistributedWorld::stats: there are " + std::to_string(ranks()) + " ranks, and room for " +
                 std::to_string(by_rank.size()));
   }
-  check_border(impl_->data());
+  check_not_giving(impl_->border());
   adopt_calls(impl_->data(), impl_->border());
   RankStats own = impl_->stats;
   impl_->count(own);
@@ -448,7 +439,7 @@ void DistributedWorld::save(Snapshot& snapshot, Workers& workers) {
 }
 
 void DistributedWorld::checkpoint(const std::string& file, Workers& workers) {
-  check_border(impl_->data());
+  check_not_giving(impl_->border());
   adopt_calls(impl_->data(), impl_->border());
   Crew crew(workers);
   std::vector<std::byte> part;
@@ -468,7 +459,7 @@ void DistributedWorld::record(const std::string& file, Workers& workers, const R
   Impl& impl = *impl_;
   if (impl.border().is_recorded)
     throw Error("DistributedWorld: the world is being recorded already", ErrorCode::already_recording);
-  check_border(impl.data());
+  check_not_giving(impl.border());
   impl.recording_file = file;
   impl.compression_level = options.compression_level;
   std::optional<Error> problem =

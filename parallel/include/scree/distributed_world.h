@@ -48,10 +48,14 @@ struct RankStats {
 /// An Error that a call throws because of what a body is, as of a mass that is too large, is thrown by those
 /// ranks that know the body: end the run, as for step().
 ///
+/// Dynamic bodies must be created within 16384 m of the origin along each axis. Where one is farther out,
+/// what all ranks do together, such as step() and hash(), throws an Error on all of them, and goes on when
+/// the body is destroyed. Bodies may move farther.
+///
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
-/// Solvers over the whole system (see Solver) are refused by an Error. Calls that need the whole world, such
-/// as World::hash, scree::save and scree::clone, refuse its parts. Queries find what a rank has.
+/// Solvers over the whole system (see Solver) are refused by an Error of step(). Calls that need the whole
+/// world, such as World::hash, scree::save and scree::clone, refuse its parts. Queries find what a rank has.
 ///
 /// A rank lists the events of its bodies. Those of a contact, sensor or joint between bodies of two ranks are
 /// listed on both: count them where owns() holds for the first of the two that is dynamic.

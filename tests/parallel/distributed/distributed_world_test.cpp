@@ -566,5 +566,93 @@ TEST(DistributedWorld, RefusesWhatIsNotSupported) {
   EXPECT_NE(far.find("20000"), std::string::npos) << far;
 }
 
+// All ranks refuse alike, and go on when what they refuse is gone; nothing of it is recorded but the calls.
+TEST(DistributedWorld, GoesOnWhereABodyWasTooFarOut) {
+  World one = falling_column().world;
+  Workers workers(1);
+  const auto create_far = [](World& world) {
+    const BodyId body = world.create_body({.position = {0, 0, -17000}});
+    world.add_shape(body, Sphere{1});
+    return body;
+  };
+  std::vector<std::uint64_t> expected;
+  for (int i = 0; i < 20; ++i) {
+    if (i == 5 || i == 12) one.destroy_body(create_far(one));
+    step(one, kStep, workers);
+    expected.push_back(one.hash());
+  }
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("scree_far_" + std::to_string(getpid()) + ".scree"))
+          .string();
+  const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
+    DistributedWorld world(falling_column().world, transport);
+    Workers of_rank(1);
+    world.record(file, of_rank);
+    const auto expect_refused = [](auto&& call) {
+      try {
+        call();
+        ADD_FAILURE() << "nothing was refused";
+      } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("-17000"), std::string::npos) << error.what();
+      }
+    };
+    std::uint32_t row = 0;
+    for (int i = 0; i < 20; ++i) {
+      BodyId far;
+      if (i == 5) far = create_far(world.world());
+      if (i == 5) row = far.index;  // which the next one has, too
+      if (i == 12) {
+        expect_refused([&] {
+          world.give(
+              [&](World& part) {
+                if (rank == 1) create_far(part);
+              },
+              of_rank);
+        });
+        far = world.world().body_at(row);
+      }
+      if (i == 5 || i == 12) {
+        expect_refused([&] { world.step(kStep, of_rank); });
+        expect_refused([&] { world.hash(); });
+        world.world().destroy_body(far);
+      }
+      world.step(kStep, of_rank);
+      ASSERT_EQ(world.hash(), expected[static_cast<std::size_t>(i)]) << "step " << i;
+    }
+    world.finish_recording(of_rank);
+  });
+  EXPECT_EQ(all_of(errors), "");
+  Player player(file);
+  EXPECT_FALSE(player.verify(0, 20, workers));
+  EXPECT_EQ(player.info().last_step, 20u);
+  std::filesystem::remove(file);
+}
+
+// A solver that step() refuses can be taken back as it was set.
+TEST(DistributedWorld, GoesOnWhereTheSolverWasNotSupported) {
+  const auto errors = run_ranks(2, [&](int rank, Transport& transport) {
+    DistributedWorld world(falling_column().world, transport);
+    Workers of_rank(1);
+    const auto set = [&](Solver solver) {
+      world.give(
+          [&](World& part) {
+            WorldSettings settings = part.settings();
+            settings.solver = solver;
+            if (rank == 1) part.set_settings(settings);
+          },
+          of_rank);
+    };
+    const Solver before = world.world().settings().solver;
+    const std::uint64_t hash = world.hash();
+    set(Solver::jacobi);
+    EXPECT_THROW(world.step(kStep, of_rank), Error);
+    EXPECT_EQ(world.hash(), hash);
+    set(before);
+    world.step(kStep, of_rank);
+    EXPECT_NE(world.hash(), hash);
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
 }  // namespace
 }  // namespace scree
