@@ -184,6 +184,36 @@ TEST(DistributedGive, WhatAllRanksDoTogetherIsRefusedInIt) {
   EXPECT_EQ(all_of(errors), "");
 }
 
+// A step that the calls of give() try, and whose error they catch, is in no recording.
+TEST(DistributedGive, AStepThatIsRefusedInItEndsNoRecording) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("scree_caught_" + std::to_string(getpid()) + ".scree"))
+          .string();
+  const auto errors = run_ranks(2, [&](int rank, Transport& transport) {
+    Workers of_rank(1);
+    DistributedWorld world(with_floor(), transport);
+    world.record(file, of_rank);
+    for (int i = 0; i < 6; ++i) {
+      world.give(
+          [&](World& part) {
+            if (i == 2) fill_part(part, rank, 2, 0);
+            EXPECT_THROW(scree::step(part, kStep, of_rank), Error);
+            EXPECT_THROW(world.step(kStep, of_rank), Error);
+          },
+          of_rank);
+      world.step(kStep, of_rank);
+    }
+    world.finish_recording(of_rank);
+  });
+  EXPECT_EQ(all_of(errors), "");
+  Player player(file);
+  Workers workers(1);
+  EXPECT_EQ(player.info().last_step, 6u);
+  EXPECT_TRUE(player.info().finished);
+  EXPECT_FALSE(player.verify(0, 6, workers));
+  std::filesystem::remove(file);
+}
+
 // A recording that fails keeps no call of rank 0 from the others.
 TEST(DistributedGive, GoesOnWhereTheRecordingFails) {
   const std::string file =
