@@ -56,8 +56,10 @@ void Border::report(const char* store, const Visit& visit) const {
       lists += bytes(way->bodies) + bytes(way->ends);
   }
   for (const Halo& halo : halos)
-    lists += bytes(halo.lent) + bytes(halo.borrowed) + bytes(halo.near) + bytes(halo.tied);
-  lists += places.capacity_bytes() + found.capacity_bytes() + own_shapes.capacity_bytes();
+    lists += bytes(halo.lent) + bytes(halo.borrowed) + bytes(halo.near) + bytes(halo.near_resting) +
+             bytes(halo.tied);
+  lists += places.capacity_bytes() + found.capacity_bytes() + own_shapes.capacity_bytes() +
+           resting.shapes.capacity_bytes();
   lists += bytes(levels);
   const std::size_t all =
       bytes(owner) + bytes(generation) + bytes(ghosts) + bytes(around) + bytes(waits) + lists;

@@ -55,12 +55,27 @@ struct Neighbor {
   std::vector<std::int32_t> returned_once = {}, taken_once = {};  // the same bodies, each once, ascending
 };
 
+// Own shapes of bodies that sleep. Bodies that fall asleep are appended, and those that wake, go or have
+// changed stay until the list is made anew: who reads it asks rests_here(). So a step costs by what has
+// changed, not by what sleeps.
+struct RestingShapes {
+  Column<std::int32_t> shapes;
+  BoundsRow box = {};       // around all of them, in whose padding there is nothing
+  std::size_t added = 0;    // since the list was made anew
+  std::uint64_t lists = 0;  // made so far
+};
+
 // Which bodies are where, of this rank and another one. Both sides have the same lists, which ascend.
 struct Halo {
   std::vector<std::int32_t> lent = {};      // own bodies that are ghosts there
   std::vector<std::int32_t> borrowed = {};  // its bodies that are ghosts here
   std::vector<std::int32_t> near = {};      // own shapes in the box around its shapes
-  std::vector<std::int32_t> tied = {};      // own bodies with joints to bodies there; may repeat
+  // Of resting ones, those that were near, how many of the list were looked at, which list, and which box.
+  std::vector<std::int32_t> near_resting = {};
+  std::size_t resting_seen = 0;
+  std::uint64_t resting_list = 0;
+  BoundsRow resting_box = {};
+  std::vector<std::int32_t> tied = {};  // own bodies with joints to bodies there; may repeat
 };
 
 // Written by divide_world and the functions below.
@@ -84,7 +99,8 @@ struct Border final : Part {
   bool is_giving = false;              // one rank makes calls for all, and the others wait for these
   std::size_t dirty_before = 0;        // how many of Shapes::dirty let_go_of_given() has looked at
   std::size_t gone = 0;                // bodies that have become absent since give_up_rows()
-  Column<std::int32_t> own_shapes;     // that are there, of dynamic bodies
+  Column<std::int32_t> own_shapes;     // that are there, of dynamic bodies that are awake
+  RestingShapes resting;               // of those that sleep
   std::vector<BoundsRow> around;       // of this step, by rank: all its shapes
   Column<std::int32_t> places, found;  // of list_where
   std::vector<Neighbor> neighbors;     // of this step, ascending
@@ -96,6 +112,13 @@ struct Border final : Part {
   std::int32_t begin_hubs = 0, end_hubs = 0;  // turns of this step, of contacts in groups
   std::int32_t turns = 0;  // of this step: colors in use, in the order in which they are solved
 };
+
+// Whether an own shape of RestingShapes is what it was.
+inline bool rests_here(const WorldData& data, const Border& border, std::int32_t shape) {
+  const std::int32_t body = data.shapes.body[shape];
+  return (data.shapes.flags[shape] & kShapeAlive) != 0 && data.shapes.tree[shape] != TreeKind::none &&
+         border.owns(body) && (data.bodies.flags[body] & kBodyAsleep) != 0;
+}
 
 inline Border* border_of(const WorldData& data) { return static_cast<Border*>(data.border.get()); }
 

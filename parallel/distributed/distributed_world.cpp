@@ -313,9 +313,11 @@ struct DistributedWorld::Impl {
 
   template <class Work>
   void for_each_own(Work&& work) {
-    for (std::size_t body = 0; body < border().owner.size(); ++body) {
-      const auto row = static_cast<std::int32_t>(body);
-      if (border().owns(row) && is_shared_out(data().bodies, body)) work(row);
+    const std::vector<std::int32_t>& owner = border().owner;
+    const Bodies& bodies = data().bodies;
+    const std::int32_t own = here();
+    for (std::size_t body = 0; body < owner.size(); ++body) {
+      if (owner[body] == own && is_shared_out(bodies, body)) work(static_cast<std::int32_t>(body));
     }
   }
 };

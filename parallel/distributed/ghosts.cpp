@@ -15,6 +15,8 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -23,29 +25,15 @@ namespace {
 
 constexpr std::size_t kShapesPerBox = 16;
 constexpr int kShapesPerTask = 4096;
-
-// Lists own bodies' shapes that are there, awake or asleep.
-void list_own_shapes(const WorldData& data, Border& border, Crew& crew) {
-  const Shapes& shapes = data.shapes;
-  if (data.bodies.asleep == 0) {
-    list_where(
-        crew, shapes.moving.size(), border.places, border.own_shapes,
-        [&](std::int32_t i) { return border.owns(shapes.body[shapes.moving[i]]); },
-        [&](std::int32_t i) { return shapes.moving[i]; });
-  } else {
-    list_where(crew, shapes.flags.size(), border.places, border.own_shapes, [&](std::int32_t shape) {
-      return shapes.tree[shape] != TreeKind::none && border.owns(shapes.body[shape]);
-    });
-  }
-}
+constexpr std::size_t kFewAdded = 256;  // resting shapes, for which it does not pay to make the list anew
 
 // Around all of them.
-BoundsRow box_own_shapes(const WorldData& data, const Border& border, Crew& crew) {
-  const auto count = static_cast<int>(border.own_shapes.size());
+BoundsRow box_shapes(const WorldData& data, const Column<std::int32_t>& shapes, Crew& crew) {
+  const auto count = static_cast<int>(shapes.size());
   std::vector<BoundsRow> parts(static_cast<std::size_t>((count + kShapesPerTask - 1) / kShapesPerTask));
   crew.run_ranges(count, kShapesPerTask, [&](int begin, int end, int) {
     BoundsRow box = empty_box();
-    for (int i = begin; i < end; ++i) include(box, data.shapes.fat_bounds[border.own_shapes[i]]);
+    for (int i = begin; i < end; ++i) include(box, data.shapes.fat_bounds[shapes[i]]);
     parts[static_cast<std::size_t>(begin / kShapesPerTask)] = box;
   });
   BoundsRow all = empty_box();
@@ -53,24 +41,84 @@ BoundsRow box_own_shapes(const WorldData& data, const Border& border, Crew& crew
   return all;
 }
 
+// Lists own bodies' shapes that are there.
+void list_own_shapes(const WorldData& data, Border& border, Crew& crew) {
+  const Shapes& shapes = data.shapes;
+  list_where(
+      crew, shapes.moving.size(), border.places, border.own_shapes,
+      [&](std::int32_t i) { return border.owns(shapes.body[shapes.moving[i]]); },
+      [&](std::int32_t i) { return shapes.moving[i]; });
+}
+
+// `changed`: all shapes that may have come to rest since the last step.
+void list_resting_shapes(const WorldData& data, Border& border, const Column<std::int32_t>& changed,
+                         Crew& crew) {
+  RestingShapes& resting = border.resting;
+  const std::size_t kept = resting.shapes.size() - resting.added;
+  if (border.halos_stale || data.bodies.asleep == 0 || resting.added > kFewAdded + kept / 2) {
+    resting.shapes.clear();
+    if (data.bodies.asleep > 0)
+      list_where(crew, data.shapes.flags.size(), border.places, resting.shapes,
+                 [&](std::int32_t shape) { return rests_here(data, border, shape); });
+    resting.box = box_shapes(data, resting.shapes, crew);
+    resting.added = 0;
+    ++resting.lists;
+    return;
+  }
+  for (const std::int32_t shape : changed) {
+    if (!rests_here(data, border, shape)) continue;
+    resting.shapes.push_back(shape);
+    include(resting.box, data.shapes.fat_bounds[shape]);
+    ++resting.added;
+  }
+}
+
 // All ranks' boxes. They tell, too, whether calls have made manifolds stale, which only those find who have
 // the body.
 void share_boxes(WorldData& data, Border& border, Crew& crew) {
-  BoundsRow own = box_own_shapes(data, border, crew);
+  BoundsRow own = box_shapes(data, border.own_shapes, crew);
+  include(own, border.resting.box);
   own.padding = data.contacts.manifolds_stale ? 1.0f : 0.0f;
   border.around = gather_rows(border.transport, own);
   for (const BoundsRow& of_rank : border.around)
     data.contacts.manifolds_stale = data.contacts.manifolds_stale || of_rank.padding != 0.0f;
 }
 
-// Lists own shapes that lie in the box around those of another rank.
+// Of a list, from some place on, the shapes that meet a box -> Border::found.
+void find_near(const WorldData& data, Border& border, std::span<const std::int32_t> shapes,
+               const BoundsRow& box, Crew& crew) {
+  list_where(
+      crew, shapes.size(), border.places, border.found,
+      [&](std::int32_t i) {
+        return bounds_meet(data.shapes.fat_bounds[shapes[static_cast<std::size_t>(i)]], box);
+      },
+      [&](std::int32_t i) { return shapes[static_cast<std::size_t>(i)]; });
+}
+
+bool is_same_box(const BoundsRow& one, const BoundsRow& other) {
+  return std::equal(std::begin(one.lower), std::end(one.lower), std::begin(other.lower)) &&
+         std::equal(std::begin(one.upper), std::end(one.upper), std::begin(other.upper));
+}
+
+// Lists own shapes that lie in the box around those of another rank; of resting ones looks at those alone
+// that it has not seen, as long as the box stays.
 void list_near(const WorldData& data, Border& border, std::int32_t rank, Crew& crew) {
   const BoundsRow& around = border.around[static_cast<std::size_t>(rank)];
-  list_where(
-      crew, border.own_shapes.size(), border.places, border.found,
-      [&](std::int32_t i) { return bounds_meet(data.shapes.fat_bounds[border.own_shapes[i]], around); },
-      [&](std::int32_t i) { return border.own_shapes[i]; });
-  border.halos[static_cast<std::size_t>(rank)].near.assign(border.found.begin(), border.found.end());
+  Halo& halo = border.halos[static_cast<std::size_t>(rank)];
+  const std::span<const std::int32_t> resting = std::as_const(border.resting.shapes).span();
+  if (halo.resting_list != border.resting.lists || !is_same_box(halo.resting_box, around)) {
+    halo.near_resting.clear();
+    halo.resting_seen = 0;
+    halo.resting_list = border.resting.lists;
+    halo.resting_box = around;
+  }
+  find_near(data, border, resting.subspan(halo.resting_seen), around, crew);
+  halo.near_resting.insert(halo.near_resting.end(), border.found.begin(), border.found.end());
+  halo.resting_seen = resting.size();
+  find_near(data, border, std::as_const(border.own_shapes).span(), around, crew);
+  halo.near.assign(border.found.begin(), border.found.end());
+  std::copy_if(halo.near_resting.begin(), halo.near_resting.end(), std::back_inserter(halo.near),
+               [&](std::int32_t shape) { return rests_here(data, border, shape); });
 }
 
 // Spreads ten bits, to every third place.
@@ -214,6 +262,7 @@ void share_ghosts(WorldData& data, Crew& crew) {
     for (Halo& halo : border.halos) halo.lent.clear(), halo.borrowed.clear();
   }
   list_own_shapes(data, border, crew);
+  list_resting_shapes(data, border, broad_phase.changed, crew);
   share_boxes(data, border, crew);
   const std::vector<BoundsRow>& around = border.around;
   const BoundsRow& own = around[static_cast<std::size_t>(border.transport.rank())];

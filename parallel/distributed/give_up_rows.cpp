@@ -47,7 +47,7 @@ void give_up(WorldData& data, const Rows& of_bodies, const Rows& of_shapes) {
 }  // namespace
 
 void give_up_rows(WorldData& data, Border& border) {
-  if (kHerePerGone * border.gone <= border.own_shapes.size()) return;
+  if (kHerePerGone * border.gone <= border.own_shapes.size() + border.resting.shapes.size()) return;
   border.gone = 0;
   give_up(data, {0, data.bodies.flags.size()}, {0, data.shapes.flags.size()});
 }

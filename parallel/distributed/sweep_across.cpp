@@ -170,10 +170,10 @@ void SweepAcross::bring_sleepers_to_carried() {
 std::vector<std::int32_t> SweepAcross::sleepers_on(const BoxIndex& ways, std::int32_t rank) const {
   const std::vector<std::int32_t>& lent = border_->halos[static_cast<std::size_t>(rank)].lent;
   std::vector<std::int32_t> met;
-  for (const std::int32_t shape : border_->own_shapes) {
+  for (const std::int32_t shape : border_->resting.shapes) {
     const std::int32_t body = data_.shapes.body[shape];
     // What has fallen asleep in this step is in no frozen tree yet, and in nobody's way.
-    if (is_frozen_tree(broad_phase_.tree_of[shape]) && is_asleep(data_.bodies, body) &&
+    if (rests_here(data_, *border_, shape) && is_frozen_tree(broad_phase_.tree_of[shape]) &&
         !std::binary_search(lent.begin(), lent.end(), body) && ways.meets(data_.shapes.fat_bounds[shape]))
       met.push_back(body);
   }

@@ -3,10 +3,13 @@
 
 #include <core/constraints/joint_parameters.h>
 #include <core/world/wake.h>
+#include <parallel/broad_phase/broad_phase.h>
 #include <parallel/distributed/border.h>
 #include <parallel/validate/validate_stages.h>
 
+#include <cstdint>
 #include <utility>
+#include <vector>
 
 namespace scree {
 
@@ -31,6 +34,29 @@ bool is_changed(const Bodies& bodies, std::int32_t body) {
   return bodies.all_changed || bodies.is_changed[body] != 0;
 }
 
+// Each own shape that rests is in the list and in its box, but those that will be taken up in the next step.
+void validate_resting(const WorldData& data, const Border& border) {
+  const Shapes& shapes = data.shapes;
+  std::vector<std::uint8_t> is_known(shapes.flags.size(), 0);
+  for (const std::int32_t shape : border.resting.shapes) is_known[static_cast<std::size_t>(shape)] = 1;
+  const auto is_in_box = [&](const BoundsRow& bounds) {
+    bool is_inside = true;
+    for (int axis = 0; axis < 3; ++axis) {
+      is_inside = is_inside && !(bounds.lower[axis] < border.resting.box.lower[axis]) &&
+                  !(bounds.upper[axis] > border.resting.box.upper[axis]);
+    }
+    return is_inside;
+  };
+  for (const std::int32_t shape : border.resting.shapes)
+    SCREE_ASSERT(!rests_here(data, border, shape) || is_in_box(shapes.fat_bounds[shape]));
+  for (const std::int32_t shape : static_cast<const BroadPhase&>(*data.broad_phase).changed)
+    is_known[static_cast<std::size_t>(shape)] = 1;
+  for (std::size_t row = 0; row < is_known.size(); ++row) {
+    const auto shape = static_cast<std::int32_t>(row);
+    SCREE_ASSERT(is_known[row] != 0 || shapes.is_changed[shape] != 0 || !rests_here(data, border, shape));
+  }
+}
+
 }  // namespace
 
 void validate_members(const WorldData& data) {
@@ -45,6 +71,7 @@ void validate_members(const WorldData& data) {
   const auto body_changed = [&](std::size_t body) {
     return is_changed(bodies, static_cast<std::int32_t>(body));
   };
+  if (const Border* const border = border_of(data)) validate_resting(data, *border);
   validate_list(
       bodies.awake, bodies.flags.size(), [&](std::size_t body) { return is_of(body, BodyType::dynamic); },
       body_changed);
