@@ -5,6 +5,7 @@
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/checkpoint.h>
 #include <parallel/distributed/messages.h>
+#include <parallel/distributed/no_file_signal.h>
 #include <parallel/distributed/world_parts.h>
 #include <scree/distributed_world.h>
 #include <scree/error.h>
@@ -207,6 +208,7 @@ void write_parts(Transport& transport, const std::string& file, std::span<const 
   if (const int problem = on_first([&] { return create_file(draft); }))
     throw Error(file + ": cannot be written: " + std::strerror(problem), ErrorCode::io_failure);
   try {
+    const NoFileSignal guard;
     if (transport.rank() == 0) {
       std::vector<std::byte> first(head);
       first.insert(first.end(), part.begin(), part.end());
@@ -238,8 +240,9 @@ World read_checkpoint(const std::string& file) {
   CheckpointFile parts = open_checkpoint(file);
   World world{WorldSettings{}};
   try {
-    restore(world, read_snapshot(parts.part(0)));
-    if (parts.ranks() > 1) restore(world, add_parts(world, parts));
+    Snapshot state = read_snapshot(parts.part(0));
+    if (parts.ranks() > 1) state = add_parts(std::move(state), parts);
+    restore(world, state);
   } catch (const RefusedFile&) {
     throw;
   } catch (const Error& error) {  // as a rank refuses messages

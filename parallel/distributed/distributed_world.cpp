@@ -21,7 +21,9 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -271,6 +273,18 @@ struct DistributedWorld::Impl {
     return problem;
   }
 
+  // Rank 0 tells the name of the recording.
+  void share_name() {
+    std::string& name = recording_file;
+    if (here() != 0) {
+      const std::vector<char> told = receive_list<char>(transport, 0);
+      name.assign(told.begin(), told.end());
+      return;
+    }
+    for (std::int32_t to = 1; to < transport.ranks(); ++to)
+      send_list<char>(transport, to, std::span(name.data(), name.size()));
+  }
+
   // The world goes on where a keyframe cannot be written: the recorder has ended then.
   void keep_up_recording(Workers& workers) {
     if (!border().is_recorded || --steps_to_keyframe > 0) return;
@@ -464,12 +478,19 @@ void DistributedWorld::record(const std::string& file, Workers& workers, const R
   check_not_giving(impl.border());
   impl.recording_file = file;
   impl.compression_level = options.compression_level;
-  std::optional<Error> problem =
-      impl.on_first([&] { impl.recorder.emplace(SharedRecorder::record_part(impl.world, file, options)); });
-  if (!problem) problem = impl.add_keyframe(workers);
-  if (problem) {
+  std::optional<Error> problem = impl.on_first([&] {
+    impl.recorder.emplace(SharedRecorder::record_part(impl.world, file, options));
+    impl.recording_file = std::filesystem::canonical(file).string();  // wherever other ranks are
+  });
+  try {
+    if (!problem) {
+      impl.share_name();
+      problem = impl.add_keyframe(workers);
+    }
+    if (problem) throw *problem;
+  } catch (...) {
     impl.recorder.reset();
-    throw *problem;
+    throw;
   }
   impl.border().is_recorded = true;
   impl.keyframe_spacing = impl.steps_to_keyframe = options.keyframe_spacing;

@@ -21,20 +21,26 @@ namespace scree {
 
 namespace {
 
+// What is sent has no gaps: messages are written to files, in which chance bytes have no place.
 struct SentPair {
   ShapePair pair;
   std::int32_t contacts;
+  std::int32_t unused;
   ContactAxis axis;
 };
+static_assert(sizeof(SentPair) == sizeof(ShapePair) + 8 + sizeof(ContactAxis));
 
 struct SentContact {
-  std::uint8_t points, color;
   Manifold manifold;
-  ManifoldFeatures features;
   ContactAnchor anchor;
-  ContactSurface surface;
   ContactForceRow force;
+  ContactSurface surface;
+  ManifoldFeatures features;
+  std::uint8_t points, color;
+  std::uint8_t unused[14];
 };
+static_assert(sizeof(SentContact) == sizeof(Manifold) + sizeof(ContactAnchor) + sizeof(ContactForceRow) +
+                                         sizeof(ContactSurface) + sizeof(ManifoldFeatures) + 16);
 
 // A pair on its way in, and where its contacts begin in the list of all.
 struct FoundPair {
@@ -77,12 +83,17 @@ void pack_pairs(const WorldData& data, const Border& border, const std::vector<s
     const Receivers to = receivers_of(border, next_owner, data.shapes.body[pair.a], data.shapes.body[pair.b]);
     for (int i = 0; i < to.count; ++i) {
       Parcel& parcel = parcels[static_cast<std::size_t>(to.ranks[i])];
-      SentPair sent{pair, 0, pairs.axis.empty() ? ContactAxis{} : pairs.axis[row]};
+      SentPair sent{pair, 0, 0, pairs.axis.empty() ? ContactAxis{} : pairs.axis[row]};
       for_each_contact(data.contacts, pairs.contact[row], [&](std::int32_t contact) {
         parcel.contacts.push_back(
-            {now.points[contact], now.color[contact], now.manifold[contact], now.features[contact],
-             now.anchor[contact], now.surface[contact],
-             data.contacts.forces.empty() ? ContactForceRow{} : data.contacts.forces[contact]});
+            {now.manifold[contact],
+             now.anchor[contact],
+             data.contacts.forces.empty() ? ContactForceRow{} : data.contacts.forces[contact],
+             now.surface[contact],
+             now.features[contact],
+             now.points[contact],
+             now.color[contact],
+             {}});
         ++sent.contacts;
       });
       parcel.pairs.push_back(sent);
@@ -284,6 +295,7 @@ void send_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
   Border& border = *border_of(data);
   place_matter(data);
   wake_neighbors(data);
+  data.contacts.pairs_stale = true;  // pairs at rest go back to where they were, even if memory runs out now
   pull_all_pairs(data, crew);
   std::vector<std::int32_t> next_owner = border.owner;
   std::replace(next_owner.begin(), next_owner.end(), border.here, std::int32_t{0});
@@ -291,7 +303,6 @@ void send_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
   send_list<std::int32_t>(transport, 0, parcel.bodies);
   send_list<std::uint8_t>(transport, 0, std::vector<std::uint8_t>{data.contacts.manifolds_stale});
   send_parcel(transport, 0, data, parcel);
-  data.contacts.pairs_stale = true;  // pairs at rest go back to where they were
 }
 
 void receive_all_bodies(WorldData& data, Transport& transport, Crew& crew) {

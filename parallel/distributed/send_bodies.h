@@ -18,13 +18,15 @@ namespace scree {
 
 // What is known of a joint where it is solved.
 struct SentJoint {
+  JointImpulses impulses;
   std::int32_t joint;
   std::uint8_t color;
-  JointImpulses impulses;
+  std::uint8_t unused[alignof(JointImpulses) - 5];  // no gap, as files hold it
 };
+static_assert(sizeof(SentJoint) == sizeof(JointImpulses) + alignof(JointImpulses));
 
 inline SentJoint sent_joint(const Joints& joints, std::int32_t joint) {
-  return {joint, joints.color[joint], joints.impulses[joint]};
+  return {joints.impulses[joint], joint, joints.color[joint], {}};
 }
 
 inline void take_joint(Joints& joints, const SentJoint& sent) {

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -179,8 +180,12 @@ std::vector<std::byte> messages_of_part(World& world, Crew& crew) {
   return messages.take();
 }
 
-Snapshot add_parts(World& world, PartSource& source) {
-  WorldData& data = internals(world);
+// Holds no more than two copies of the world at a time.
+Snapshot add_parts(Snapshot first, PartSource& source) {
+  std::optional<World> world(std::in_place);
+  restore(*world, first);
+  first = {};
+  WorldData& data = internals(*world);
   MessageReader messages(source);
   Workers workers(1);
   Crew crew(workers);
@@ -188,9 +193,12 @@ Snapshot add_parts(World& world, PartSource& source) {
   receive_all_bodies(data, messages, crew);
   messages.check_end();
   data.border.reset();
-  Snapshot snapshot;
-  save(world, snapshot);
-  return read_snapshot(write_snapshot(snapshot));  // what ranks have sent was not checked so far
+  Snapshot whole;
+  save(*world, whole);
+  world.reset();
+  const std::vector<std::byte> bytes = write_snapshot(whole);
+  whole = {};
+  return read_snapshot(bytes);  // what ranks have sent was not checked so far
 }
 
 }  // namespace scree

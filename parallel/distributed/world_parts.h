@@ -22,8 +22,8 @@ inline constexpr std::uint64_t kMostRanks = 1'000'000;
 // Tells other columns apart: those that snapshots hold, and those that travel in messages.
 std::uint64_t layout_of_parts();
 
-// Of rank 0, or of a world that is no part. The world stays what it is. The world still measures changes from
-// the save that it remembers.
+// Of rank 0, or of a world that no ranks share. The world stays what it is. The world still measures changes
+// from the save that it remembers.
 void save_first_part(World& world, SnapshotData& snapshot);
 // Of any other rank: message by message u64 its bytes, and these.
 std::vector<std::byte> messages_of_part(World& world, Crew& crew);
@@ -40,8 +40,8 @@ class PartSource {
   ~PartSource() = default;
 };
 
-// The whole world of which `world`, restored from the first part, is one. What the parts hold has been
-// checked. Throws what the source throws, and Error where messages do not fit.
-Snapshot add_parts(World& world, PartSource& source);
+// The whole world of which `first` is the first part. What the parts hold has been checked. Throws what the
+// source throws, and Error where messages do not fit.
+Snapshot add_parts(Snapshot first, PartSource& source);
 
 }  // namespace scree

@@ -28,27 +28,27 @@ class HashStream {
 };
 
 // A step at which both recordings have a keyframe, and the keyframes' numbers.
-struct SharedKeyframe {
+struct CommonKeyframe {
   std::uint64_t step;
   std::size_t left, right;
 };
 
 // In order, without the first keyframe of a recording that began later: it holds calls that in the other
 // recording come with the next step.
-std::vector<SharedKeyframe> shared_keyframes(std::span<const std::uint64_t> left_steps,
+std::vector<CommonKeyframe> common_keyframes(std::span<const std::uint64_t> left_steps,
                                              std::span<const std::uint64_t> right_steps) {
-  std::vector<SharedKeyframe> shared;
+  std::vector<CommonKeyframe> common;
   std::size_t i = 0, j = 0;
   while (i < left_steps.size() && j < right_steps.size()) {
     if (left_steps[i] == right_steps[j]) {
-      if ((i == 0) == (j == 0)) shared.push_back({left_steps[i], i, j});
+      if ((i == 0) == (j == 0)) common.push_back({left_steps[i], i, j});
       ++i;
       ++j;
     } else {
       ++(left_steps[i] < right_steps[j] ? i : j);
     }
   }
-  return shared;
+  return common;
 }
 
 // The first step up to `last` after which the recorded hashes differ.
@@ -75,9 +75,9 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   if (first >= last) throw Error("compare: the recordings have no step in common");
   std::optional<Divergence> divergence = first_step_that_differs(
       left.file, left.keyframe_before(first), right.file, right.keyframe_before(first), first, last);
-  const std::vector<SharedKeyframe> shared = shared_keyframes(a.keyframe_steps(), b.keyframe_steps());
-  // What ranks have gathered has its rows in another order, and so has what goes on from there.
-  const auto compare_keyframes = [&](const SharedKeyframe& at) {
+  const std::vector<CommonKeyframe> common = common_keyframes(a.keyframe_steps(), b.keyframe_steps());
+  // A keyframe of many ranks has its rows in another order, and so has what goes on from there.
+  const auto compare_keyframes = [&](const CommonKeyframe& at) {
     left.restore_keyframe(at.left);
     right.restore_keyframe(at.right);
     divergence->difference = first_difference_but_for_order(left.world, right.world);
@@ -87,14 +87,23 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   if (!divergence) {
     // State that the hashes of steps may not show for long: friction of shapes that touch nothing, timers of
     // sleep.
-    for (const SharedKeyframe& at : shared) {
-      const std::uint64_t expected = left.file.hash_of_state(left.keyframe_chunk(at.left));
-      const std::uint64_t actual = right.file.hash_of_state(right.keyframe_chunk(at.right));
-      if (expected == actual) continue;
-      divergence = Divergence{.step = at.step, .expected_hash = expected, .actual_hash = actual};
+    for (const CommonKeyframe& at : common) {
+      const std::size_t left_chunk = left.keyframe_chunk(at.left),
+                        right_chunk = right.keyframe_chunk(at.right);
+      const bool is_shared = left.file.is_shared(left_chunk) || right.file.is_shared(right_chunk);
+      const auto hash_of = [](Player::Impl& player, std::size_t chunk) {
+        return player.file.hash_of_state(chunk);
+      };
+      if (!is_shared && hash_of(left, left_chunk) == hash_of(right, right_chunk)) continue;
+      divergence = Divergence{.step = at.step};
       compare_keyframes(at);
-      if (!divergence->difference.empty()) break;
-      divergence.reset();
+      if (divergence->difference.empty()) {
+        divergence.reset();
+        continue;
+      }
+      divergence->expected_hash = hash_of(left, left_chunk);
+      divergence->actual_hash = hash_of(right, right_chunk);
+      break;
     }
     return divergence;
   }
@@ -112,9 +121,9 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   if (!divergence->difference.empty()) return divergence;
   // One of them did not play as it was recorded: its keyframes hold the recorded states.
   divergence->compared_at = 0;
-  const auto next = std::find_if(shared.begin(), shared.end(),
-                                 [&](const SharedKeyframe& at) { return at.step >= divergence->step; });
-  if (next != shared.end()) {
+  const auto next = std::find_if(common.begin(), common.end(),
+                                 [&](const CommonKeyframe& at) { return at.step >= divergence->step; });
+  if (next != common.end()) {
     compare_keyframes(*next);
   } else {
     divergence->difference = std::move(problem);

@@ -159,6 +159,10 @@ void RecordingFile::list_chunk(const RecordedChunk& chunk) {
     if (!holds) refuse_recording(chunk.offset, problem, code);
   };
   info_.raw_bytes += head.content_bytes;
+  const std::uint64_t end = chunk.offset + kChunkHeadBytes + head.stored_bytes;
+  require((head.kind == ChunkKind::part) == (chunk.offset < end_of_parts_) &&
+              (head.kind != ChunkKind::part || end <= end_of_parts_),
+          "the parts of a keyframe are not those that its head says");
   if (!is_known(head.kind)) {
     require((head.flags & kChunkMayBeSkipped) != 0, "a later version of Scree has written this chunk",
             ErrorCode::wrong_version);
@@ -171,10 +175,6 @@ void RecordingFile::list_chunk(const RecordedChunk& chunk) {
   const bool is_shared = head.kind == ChunkKind::keyframe || head.kind == ChunkKind::part;
   require(has_count ? head.count <= head.content_bytes : is_shared || head.count == 0,
           "the chunk has a wrong count");
-  const std::uint64_t end = chunk.offset + kChunkHeadBytes + head.stored_bytes;
-  require((head.kind == ChunkKind::part) == (chunk.offset < end_of_parts_) &&
-              (head.kind != ChunkKind::part || end <= end_of_parts_),
-          "the parts of a keyframe are not those that its head says");
   if (keyframes_.empty()) {
     require(has_solids(head.kind) || head.kind == ChunkKind::keyframe,
             "the recording does not begin with a state");
@@ -308,11 +308,9 @@ Snapshot RecordingFile::state(std::size_t chunk) {
                                 [&](std::span<const std::byte> bytes) { return read_state(bytes, solids); });
   if (!is_shared(chunk)) return first;
   PartChunks parts(*this, chunk);
-  World world;
-  restore(world, first);
-  first = {};
+  if (parts.ranks() == 1) refuse_content(chunk, 0, "its parts are missing");
   try {
-    return add_parts(world, parts);
+    return add_parts(std::move(first), parts);
   } catch (const RefusedRecording&) {
     throw;
   } catch (const Error& error) {  // as a rank refuses messages

@@ -202,8 +202,38 @@ void RecordingWriter::wait_until_written() {
 
 bool RecordingWriter::is_regular_file() const { return is_regular(fileno(file_.get())); }
 
-void RecordingWriter::skip(std::uint64_t bytes) {
+void RecordingWriter::write_packed(const ChunkPacker::Packed& packed) {
+  write_bytes(packed.head);
+  write_bytes(packed.stored);
+  flush();
+}
+
+void RecordingWriter::share(const std::string& name) {
+  const int descriptor = fileno(file_.get());
+  struct stat named {
+  }, own{};
+  const bool is_same = stat(name.c_str(), &named) == 0 && fstat(descriptor, &own) == 0 &&
+                       named.st_dev == own.st_dev && named.st_ino == own.st_ino;
+  if (!is_same)
+    throw Error(name + ": was moved or removed, so other ranks cannot write to it", ErrorCode::io_failure);
+  // Else a loss of power may leave a gap before what others have written.
+  if (fdatasync(descriptor) != 0) fail_to_write();
+  flock(descriptor, LOCK_UN);
+}
+
+void RecordingWriter::take_back(const std::string& name, std::uint64_t bytes) {
+  const int descriptor = fileno(file_.get());
+  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    throw Error(name + ": another recorder is writing to this file", ErrorCode::already_recording);
   const std::uint64_t end = bytes_written() + bytes;
+  struct stat status {};
+  const int opened = open(name.c_str(), O_RDONLY | O_CLOEXEC);  // so that its size is not an old one
+  const bool is_whole =
+      opened >= 0 && fstat(opened, &status) == 0 && static_cast<std::uint64_t>(status.st_size) >= end;
+  if (opened >= 0) close(opened);
+  if (!is_whole)
+    throw Error(name + ": lacks what other ranks have written; it must be the same file on all of them",
+                ErrorCode::io_failure);
   if (fseeko(file_.get(), static_cast<off_t>(end), SEEK_SET) != 0) fail_to_write();
   bytes_written_.store(end, std::memory_order_relaxed);
 }
@@ -339,12 +369,6 @@ void RecordingWriter::write_batch(RecordingBatch& batch) {
 
 void RecordingWriter::write_chunk(const ChunkHead& head, std::span<const std::byte> content) {
   write_packed(packer_.pack(head, content));
-}
-
-void RecordingWriter::write_packed(const ChunkPacker::Packed& packed) {
-  write_bytes(packed.head);
-  write_bytes(packed.stored);
-  flush();
 }
 
 void RecordingWriter::write_bytes(std::span<const std::byte> bytes) {

@@ -1,7 +1,8 @@
 // The thread behind a recorder: compresses records and writes them to the file.
 //
 // The recorder's thread appends to the last batch of a list under a lock. The writer takes the whole list,
-// every flush interval or when it is long, and works on it without the lock.
+// every flush interval or when it is long, and works on it without the lock. While many ranks write a
+// keyframe, the file is the recorder's thread's.
 #pragma once
 
 #include <core/state/recording_format/call_bytes.h>
@@ -69,9 +70,13 @@ class RecordingWriter {
 
   void wait_until_written();
   // For who has waited until all was written, and has added nothing since: the thread behind is at rest.
-  // Writes a chunk, or goes on behind what others write into the file there. Both throw Error.
+  // All of these throw Error.
   void write_packed(const ChunkPacker::Packed& packed);
-  void skip(std::uint64_t bytes);
+  // Lets others write into the file, whose name this is; releases its lock, as those of network file systems
+  // keep away who has opened it by name, too.
+  void share(const std::string& name);
+  // Goes on behind so many bytes that others have written.
+  void take_back(const std::string& name, std::uint64_t bytes);
   bool is_regular_file() const;
   // Writes the rest, and if nothing has failed, the end, and closes the file. Does nothing the second time.
   void stop() noexcept;
@@ -105,7 +110,7 @@ class RecordingWriter {
   };
   const std::string name_;
   const std::chrono::duration<double> flush_interval_;
-  std::unique_ptr<std::FILE, Close> file_;  // the writer's from its start to its end
+  std::unique_ptr<std::FILE, Close> file_;  // the writer's from its start to its end, but while it is shared
   ChunkPacker packer_;
   std::uint64_t last_step_ = 0;  // writer; after the last batch
 

@@ -95,13 +95,22 @@ TEST_F(DistributedCommand, EndsAllProcessesWithTheReason) {
   refused("pile --picture x.png", "not with --distributed");
   refused("many_worlds --set worlds=2 --set bodies=10", "--set worlds=1");
   const std::string script = path("of_rank.sh");
-  std::ofstream(script)
-      << "exec '" SCREE_COMMAND
-      << "' run --distributed --threads 1 pile --steps 3 --set bodies=4$OMPI_COMM_WORLD_RANK\n";
-  const Outcome differ = launch(3, "sh '" + script + "'");
-  EXPECT_NE(differ.exit_code, 0);
-  EXPECT_NE(differ.err.find("the scenes of the processes differ"), std::string::npos) << differ.err;
-  EXPECT_EQ(differ.err.find("differ"), differ.err.rfind("differ")) << "told more than once: " << differ.err;
+  std::ofstream(script) << "exec '" SCREE_COMMAND << "' run --distributed --threads 1 $(eval echo $1)\n";
+  const std::string scene = path("of_rank_");
+  for (const char* const rank : {"0", "1", "2"}) {
+    const char* const radius = *rank == '2' ? "0.4" : "0.5";  // which a world's hash does not hold
+    std::ofstream(scene + rank + ".json")
+        << R"({"bodies": [{"shapes": [{"type": "sphere", "radius": )" << radius << "}]}]}";
+  }
+  for (const std::string& of_rank : {std::string("pile --steps 3 --set bodies=4$OMPI_COMM_WORLD_RANK"),
+                                     std::string("pile --set bodies=40 --steps 3$OMPI_COMM_WORLD_RANK"),
+                                     scene + "$OMPI_COMM_WORLD_RANK.json --steps 3"}) {
+    const Outcome differ = launch(3, "sh '" + script + "' '" + of_rank + "'");
+    EXPECT_NE(differ.exit_code, 0);
+    const std::string reason = "the scenes or steps of the processes differ";
+    EXPECT_NE(differ.err.find(reason), std::string::npos) << of_rank << "\n" << differ.err;
+    EXPECT_EQ(differ.err.find(reason), differ.err.rfind(reason)) << "told more than once: " << differ.err;
+  }
 }
 
 TEST_F(DistributedCommand, ReadmeProgramPrintsTheSameHashForEachNumberOfRanks) {

@@ -4,13 +4,16 @@
 #include <tools/command/options.h>
 #include <tools/command/progress.h>
 #include <tools/command/run.h>
+#include <tools/scenes/digest.h>
 #include <tools/scenes/scene_file.h>
 #include <tools/scenes/stage.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <span>
 #include <stdexcept>
 #include <string_view>
@@ -256,17 +259,40 @@ void check_memory(const scenes::Scene& scene, Team& team, const RunOptions& opti
               " processes of a machine that has " + std::to_string(available >> 20) + " MiB left");
 }
 
-// Fills the world of a team: each process gives its share of a scene. What goes on from a checkpoint, each of
-// them makes as a whole.
-std::vector<BodyId> populate_team(Team& team, const scenes::Scene& scene, double latency, Workers& workers) {
-  const std::uint64_t own = scenes::digest_of(scene) >> 32;
+// Of all that the scene and its steps are made from, and roughly of the scene itself.
+std::uint64_t digest_of(const scenes::Scene& scene, const RunOptions& options, const Plan& plan) {
+  scenes::Digest digest;
+  const auto add_text = [&](const std::string& text) {
+    for (const char letter : text) digest.add(static_cast<unsigned char>(letter));
+    digest.add(text.size());
+  };
+  for (const auto& [name, value] : options.parameters) {
+    add_text(name);
+    digest.add(std::bit_cast<std::uint64_t>(value));
+  }
+  if (is_scene_file(options.scene)) {  // which may have another name in each process
+    std::ifstream file(options.scene, std::ios::binary);
+    add_text(std::string(std::istreambuf_iterator<char>(file), {}));
+  } else {
+    add_text(options.scene);
+  }
+  digest.add(std::bit_cast<std::uint32_t>(plan.dt));
+  digest.add(static_cast<std::uint64_t>(plan.steps));
+  digest.add(scenes::digest_of(scene));
+  return digest.value();
+}
+
+// Fills the world of a team: each process gives its share of a scene.
+std::vector<BodyId> populate_team(Team& team, const scenes::Scene& scene, const RunOptions& options,
+                                  const Plan& plan, Workers& workers) {
+  const std::uint64_t own = digest_of(scene, options, plan) >> 32;
   team.meet();
   // All are the same exactly where the mean of the squares is the square of the mean.
   const auto sum = static_cast<std::uint64_t>(team.add_up(static_cast<std::int64_t>(own)));
   const auto squares = static_cast<std::uint64_t>(team.add_up(static_cast<std::int64_t>(own * own)));
   if (static_cast<std::uint64_t>(team.processes()) * squares != sum * sum)
-    throw Error("--distributed: the scenes of the processes differ");
-  team.take(World(scene.settings), latency);
+    throw Error("--distributed: the scenes or steps of the processes differ");
+  team.take(World(scene.settings), options.latency.value_or(0.0));
   return scenes::populate(team.world(), scene, workers);
 }
 
@@ -445,9 +471,8 @@ RunFigures run(const RunOptions& options, Team* team) {
   worlds.reserve(plan.worlds.size());
   const bool is_shared = team != nullptr && options.resume.empty();  // from the beginning
   for (scenes::Scene& scene : plan.worlds) {
-    std::vector<BodyId> bodies = is_shared
-                                     ? populate_team(*team, scene, options.latency.value_or(0.0), workers)
-                                     : scenes::populate(worlds.emplace_back(scene.settings), scene);
+    std::vector<BodyId> bodies = is_shared ? populate_team(*team, scene, options, plan, workers)
+                                           : scenes::populate(worlds.emplace_back(scene.settings), scene);
     if (scene.drives.empty() && scene.changes.empty()) bodies = {};
     casts.push_back({scenes::script_of(scene), std::move(bodies)});
     for (const scenes::SceneBody& body : scene.bodies) {

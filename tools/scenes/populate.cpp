@@ -120,7 +120,7 @@ std::uint64_t digest_of(const Scene& scene) {
     (digest.add(std::bit_cast<std::uint64_t>(static_cast<double>(numbers))), ...);
   };
   const auto add_vector = [&](const Vec3& vector) { add(vector.x, vector.y, vector.z); };
-  add(scene.bodies.size(), scene.shapes.size(), scene.joints.size(), scene.steps, scene.dt);
+  add(scene.bodies.size(), scene.shapes.size(), scene.joints.size());
   for (const SceneBody& body : scene.bodies) {
     add(static_cast<int>(body.def.type), body.first_shape, body.shape_count, body.comes_later ? 1 : 0);
     add_vector(body.def.position);

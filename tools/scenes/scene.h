@@ -109,8 +109,8 @@ std::vector<BodyId> populate(World& world, const Scene& scene, std::vector<Joint
 /// together, with the same scene.
 std::vector<BodyId> populate(DistributedWorld& world, const Scene& scene, Workers& workers);
 
-/// The same number for equal scenes, another one where bodies are at other places, or have other types,
-/// shapes, materials or joints, or where steps or dt differ.
+/// The same number for equal scenes, another one where bodies are at other places, or have other types or
+/// materials, or where numbers or kinds of shapes and joints differ; scenes may still differ elsewhere.
 std::uint64_t digest_of(const Scene& scene);
 
 /// The changes that are due after this many steps.

@@ -110,9 +110,11 @@ class SCREE_API DistributedWorld {
   /// All ranks call it together; all throw Error if it cannot be written.
   void checkpoint(const std::string& file, Workers& workers);
   /// Records the whole world from now on; Player and compare() take the file for one of a single process.
-  /// Rank 0 writes calls and steps as a Recorder would, and each rank its part of each keyframe, so the name
-  /// must be that of a regular file on all ranks. All ranks call it together, with the same options; all of
-  /// them throw what Recorder() throws.
+  /// Rank 0 writes calls and steps as a Recorder would. Keyframes take longer than a Recorder's: within the
+  /// step after which one is due, all ranks compress and write their parts of it, and wait until these are on
+  /// the disk. So the file must be a regular one, which has the same name on all ranks, and keeps it. All
+  /// ranks call it together, with the same options; all of them throw what Recorder() throws, or where one
+  /// cannot write its part. Later, that ends the recording, not the step: see Recorder::error.
   void record(const std::string& file, Workers& workers, const RecorderOptions& options = {});
   /// Recorder::finish, on all ranks together; all throw Error if not all could be written. Nothing happens
   /// where nothing is recorded. A recording that is not finished when this ends plays to its last whole step.

@@ -78,7 +78,7 @@ struct RecordingInfo {
   std::uint64_t meshes = 0;      ///< triangle meshes, each stored once
   std::uint64_t file_bytes = 0;  ///< bytes of the file
   std::uint64_t raw_bytes = 0;   ///< of all chunks before compression
-  std::uint64_t lost_bytes = 0;  ///< at the end of the file, of a chunk that was not written whole
+  std::uint64_t lost_bytes = 0;  ///< at the end of the file, of what was not written whole
   bool finished = false;         ///< false: the recorder did not come to the end
 };
 

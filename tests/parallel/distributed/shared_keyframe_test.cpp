@@ -1,13 +1,19 @@
 // Laws of keyframes of which each rank writes a part: a player has them as a whole or not at all, and refuses
 // damage.
 #include <scree/distributed_world.h>
+#include <sys/resource.h>
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/parallel/recording/recording_fixture.h>
 #include <tests/physics/lab.h>
 #include <tools/scenes/scene.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,6 +25,28 @@ using distributed_tests::run_ranks;
 using physics::kStep;
 
 constexpr int kRanks = 3;
+
+// Passes all on, until it cannot write.
+class FailingTransport final : public Transport {
+ public:
+  explicit FailingTransport(Transport& through) : through_(through) {}
+  int rank() const override { return through_.rank(); }
+  int ranks() const override { return through_.ranks(); }
+  void send(int to, std::span<const std::byte> message) override { through_.send(to, message); }
+  std::span<const std::byte> receive(int from) override { return through_.receive(from); }
+  void add_up(std::span<std::int64_t> values) override { through_.add_up(values); }
+  void write_together(const std::string& file, std::uint64_t offset,
+                      std::span<const std::byte> part) override {
+    std::int64_t failures = fails ? 1 : 0;
+    through_.add_up({&failures, 1});
+    if (failures == 0) return through_.write_together(file, offset, part);
+    throw Error(fails ? "the disk of this rank is broken" : "another rank's disk is broken");
+  }
+  bool fails = false;
+
+ private:
+  Transport& through_;
+};
 
 // Of a small pile with a hull, which comes late.
 Bytes record_on_ranks() {
@@ -207,6 +235,107 @@ TEST(SharedKeyframe, WithChecksumsThatFitNeverCorruptsAWorld) {
   }
   EXPECT_GT(refused, 0);
   EXPECT_LT(refused, kTries);
+}
+
+// No chance bytes are in a file.
+TEST(SharedKeyframe, HasTheSameBytesEachTime) {
+  EXPECT_EQ(TakenApart(record_on_ranks()).states(), TakenApart(record_on_ranks()).states());
+}
+
+TEST(SharedKeyframe, IsNoneWithoutItsParts) {
+  TakenApart parts(record_on_ranks());
+  TakenApart::Chunk* const first = parts.find(ChunkKind::part);
+  for (TakenApart::Chunk* chunk : {first, first + 1}) {  // of a kind that readers may skip
+    chunk->head.kind = static_cast<ChunkKind>(77);
+    chunk->head.flags |= kChunkMayBeSkipped;
+  }
+  const std::string error = error_of_call([&] { Player player(parts.put_together()); });
+  EXPECT_EQ(error.find("Player: byte "), 0u) << error;
+}
+
+// A world of two ranks, which is recorded; `disturb(rank, step, transport, world)` comes before each step.
+// The world must go on as one that is not recorded.
+template <class Disturb>
+void record_disturbed(const std::string& name, Disturb&& disturb) {
+  constexpr int kSteps = 24;
+  const auto make = [] {
+    scenes::Scene scene = scenes::build("pile", {{"bodies", 40}}).front();
+    World world(scene.settings);
+    scenes::populate(world, scene);
+    return world;
+  };
+  World one = make();
+  Workers workers(1);
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < kSteps; ++i) {
+    step(one, kStep, workers);
+    hashes.push_back(one.hash());
+  }
+  const auto errors = run_ranks(2, [&](int rank, Transport& transport) {
+    FailingTransport failing(transport);
+    DistributedWorld world(make(), failing, {.steps_per_look = 3, .imbalance = 1.0f});
+    Workers of_rank(1);
+    world.record(name, of_rank, {.keyframe_spacing = 5, .flush_interval = 0.01f});
+    for (int i = 0; i < kSteps; ++i) {
+      disturb(rank, i, failing, world);
+      world.step(kStep, of_rank);
+      ASSERT_EQ(world.hash(), hashes[static_cast<std::size_t>(i)]) << "step " << i;
+    }
+    EXPECT_NE(error_of_call([&] { world.finish_recording(of_rank); }), "");
+    EXPECT_EQ(error_of_call([&] { world.finish_recording(of_rank); }), "");
+    world.record(name + ".again", of_rank);
+    world.step(kStep, of_rank);
+    world.finish_recording(of_rank);
+  });
+  EXPECT_EQ(all_of(errors), "");
+  Player again(name + ".again");
+  EXPECT_EQ(verified(again, workers), "");
+  std::filesystem::remove(name + ".again");
+}
+
+TEST(SharedKeyframe, WhichARankCannotWriteEndsTheRecordingAlone) {
+  const TemporaryFile file;
+  std::string told;
+  record_disturbed(file.path(), [&](int rank, int i, FailingTransport& transport, DistributedWorld& world) {
+    if (rank == 1) transport.fails = i >= 12 && i < 20;
+    if (rank == 0 && i == 23) told = world.recorder()->error();
+  });
+  EXPECT_NE(told.find("rank 1: the disk of this rank is broken"), std::string::npos) << told;
+  Player player(file.path());
+  EXPECT_FALSE(player.info().finished);
+  EXPECT_EQ(player.info().last_step, 15u);
+  Workers workers(1);
+  EXPECT_EQ(verified(player, workers), "");
+}
+
+// Else other ranks would write into the file that has the name now.
+TEST(SharedKeyframe, IsNotWrittenToAnotherFileOfTheName) {
+  const TemporaryFile file, moved;
+  const std::string others = "of somebody else";
+  record_disturbed(file.path(), [&](int rank, int i, FailingTransport&, DistributedWorld&) {
+    if (rank != 0 || i != 12) return;
+    std::filesystem::rename(file.path(), moved.path());
+    std::ofstream(file.path()) << others;
+  });
+  EXPECT_EQ(file.bytes().size(), others.size());
+  Player player(moved.path());
+  EXPECT_EQ(player.info().last_step, 15u);
+  Workers workers(1);
+  EXPECT_EQ(verified(player, workers), "");
+}
+
+TEST(SharedKeyframe, BeyondALimitOfTheFilesSizeEndsTheRecordingAlone) {
+  const TemporaryFile file;
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  record_disturbed(file.path(), [&](int rank, int i, FailingTransport&, DistributedWorld& world) {
+    if (rank != 0) return;
+    rlimit small = limit;
+    if (i == 13) small.rlim_cur = world.recorder()->bytes_written() + 2000;
+    if (i == 13 || i == 23) setrlimit(RLIMIT_FSIZE, &small);
+  });
+  Player player(file.path());
+  EXPECT_EQ(player.info().last_step, 15u);
 }
 
 TEST(SharedKeyframe, NeedsAFileToWhichManyCanWrite) {

@@ -120,7 +120,7 @@ struct TakenApart {
       at += kChunkHeadBytes + stored.size();
     }
   }
-  // Recomputes every checksum, and how many bytes the parts behind a keyframe have.
+  // Recomputes every checksum, and how many bytes the parts behind a keyframe, or what may be skipped, have.
   Bytes put_together() const {
     std::vector<Bytes> packed_chunks;  // from the last one on
     ChunkPacker packer(1);
@@ -130,7 +130,8 @@ struct TakenApart {
       plain.flags &= kChunkMayBeSkipped;
       if (plain.kind == ChunkKind::keyframe && plain.count > 0) plain.count = part_bytes;
       const ChunkPacker::Packed packed = packer.pack(plain, chunk->content);
-      part_bytes = plain.kind == ChunkKind::part ? part_bytes + packed.bytes() : 0;
+      const bool is_part = plain.kind == ChunkKind::part || (plain.flags & kChunkMayBeSkipped) != 0;
+      part_bytes = is_part ? part_bytes + packed.bytes() : 0;
       Bytes& bytes = packed_chunks.emplace_back(packed.head.begin(), packed.head.end());
       bytes.insert(bytes.end(), packed.stored.begin(), packed.stored.end());
     }
@@ -138,6 +139,14 @@ struct TakenApart {
     for (auto bytes = packed_chunks.rbegin(); bytes != packed_chunks.rend(); ++bytes)
       all.insert(all.end(), bytes->begin(), bytes->end());
     return all;
+  }
+  // Contents of the chunks that do not depend on the clock.
+  std::vector<Bytes> states() const {
+    std::vector<Bytes> contents;
+    for (const Chunk& chunk : chunks) {
+      if (chunk.head.kind != ChunkKind::calls) contents.push_back(chunk.content);
+    }
+    return contents;
   }
   Chunk* find(ChunkKind kind) {
     for (Chunk& chunk : chunks) {

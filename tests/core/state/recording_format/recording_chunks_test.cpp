@@ -19,7 +19,7 @@ namespace {
 using Bytes = std::vector<std::byte>;
 
 constexpr ChunkKind kKinds[] = {ChunkKind::hulls, ChunkKind::keyframe, ChunkKind::restored, ChunkKind::calls,
-                                ChunkKind::end};
+                                ChunkKind::end,   ChunkKind::meshes,   ChunkKind::part};
 
 Bytes copy_of(std::span<const std::byte> bytes) { return Bytes(bytes.begin(), bytes.end()); }
 
