@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <scree/distributed_world.h>
 #include <scree/error.h>
-#include <scree/recording.h>
 #include <scree/step.h>
 #include <tests/parallel/bodies/overload.h>
 #include <tests/parallel/distributed/absent_rows.h>
@@ -14,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -493,165 +491,6 @@ TEST(DistributedWorld, SharesOutWorldsThatSleep) {
                                 {0.5f, 4, 0.3f});
   };
   for (const int ranks : {2, 5}) expect_bits_of_one(make, ranks, 160, {.steps_per_look = 8}, direct);
-}
-
-TEST(DistributedWorld, PartsOfItAreRefusedByCallsThatNeedTheWhole) {
-  const auto errors = run_ranks(2, [&](int, Transport& transport) {
-    Workers workers(1);
-    DistributedWorld world(falling_column().world, transport);
-    world.step(kStep, workers);
-    Snapshot snapshot, other;
-    save(falling_column().world, other);
-    EXPECT_THROW(world.world().hash(), Error);
-    EXPECT_THROW(save(world.world(), snapshot), Error);
-    EXPECT_THROW(restore(world.world(), other), Error);
-    EXPECT_THROW(clone(world.world()), Error);
-    EXPECT_THROW(Recorder(world.world(), "/dev/null"), Error);
-    world.step(kStep, workers);
-  });
-  EXPECT_EQ(all_of(errors), "");
-}
-
-TEST(DistributedWorld, OptionsThatDifferAreRefusedByAllRanks) {
-  const auto errors = run_ranks(2, [&](int rank, Transport& transport) {
-    DistributedWorld world(falling_column().world, transport, {.steps_per_look = rank == 0 ? 16 : 8});
-  });
-  for (const std::string& error : errors)
-    EXPECT_EQ(error, "DistributedWorld: the option steps_per_look of rank 1 is not that of rank 0");
-}
-
-TEST(DistributedWorld, WorldsThatDifferAreRefusedByAllRanks) {
-  const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
-    Start start = falling_column();
-    if (rank == 2) start.world.set_user_data(start.bodies.back(), 7);
-    DistributedWorld world(std::move(start.world), transport);
-  });
-  for (const std::string& error : errors)
-    EXPECT_EQ(error, "DistributedWorld: the world of rank 2 is not that of rank 0");
-}
-
-TEST(DistributedWorld, RefusesBadOptions) {
-  const auto refused = [](const DistributedOptions& options) {
-    return run_ranks(1, [&](int, Transport& transport) {
-      DistributedWorld world(falling_column().world, transport, options);
-    })[0];
-  };
-  EXPECT_NE(refused({.steps_per_look = -1}).find("steps_per_look is -1"), std::string::npos);
-  EXPECT_NE(refused({.imbalance = 0.5f}).find("imbalance is 0.5"), std::string::npos);
-  EXPECT_NE(refused({.imbalance = std::nanf("")}).find("at least 1"), std::string::npos);
-  EXPECT_EQ(refused({.steps_per_look = 0}), "");
-  EXPECT_THROW(LocalRanks(0), Error);
-  EXPECT_THROW(LocalRanks(5000), Error);
-}
-
-TEST(DistributedWorld, RefusesWhatIsNotSupported) {
-  const auto refused = [](const std::function<void(World&)>& change) {
-    return run_ranks(1, [&](int, Transport& transport) {
-      World world = falling_column().world;
-      change(world);
-      DistributedWorld distributed(std::move(world), transport);
-    })[0];
-  };
-  const auto with = [](auto&& change) {
-    return [=](World& world) {
-      WorldSettings settings = world.settings();
-      change(settings);
-      world.set_settings(settings);
-    };
-  };
-  EXPECT_NE(refused(with([](WorldSettings& s) { s.solver = Solver::jacobi; })).find("whole system"),
-            std::string::npos);
-  const std::string far = refused([](World& world) { world.create_body({.position = {0, 20000, -3}}); });
-  EXPECT_NE(far.find("16384 m"), std::string::npos) << far;
-  EXPECT_NE(far.find("20000"), std::string::npos) << far;
-}
-
-// All ranks refuse alike, and go on when what they refuse is gone; nothing of it is recorded but the calls.
-TEST(DistributedWorld, GoesOnWhereABodyWasTooFarOut) {
-  World one = falling_column().world;
-  Workers workers(1);
-  const auto create_far = [](World& world) {
-    const BodyId body = world.create_body({.position = {0, 0, -17000}});
-    world.add_shape(body, Sphere{1});
-    return body;
-  };
-  std::vector<std::uint64_t> expected;
-  for (int i = 0; i < 20; ++i) {
-    if (i == 5 || i == 12) one.destroy_body(create_far(one));
-    step(one, kStep, workers);
-    expected.push_back(one.hash());
-  }
-  const std::string file =
-      (std::filesystem::temp_directory_path() / ("scree_far_" + std::to_string(getpid()) + ".scree"))
-          .string();
-  const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
-    DistributedWorld world(falling_column().world, transport);
-    Workers of_rank(1);
-    world.record(file, of_rank);
-    const auto expect_refused = [](auto&& call) {
-      try {
-        call();
-        ADD_FAILURE() << "nothing was refused";
-      } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("-17000"), std::string::npos) << error.what();
-      }
-    };
-    std::uint32_t row = 0;
-    for (int i = 0; i < 20; ++i) {
-      BodyId far;
-      if (i == 5) far = create_far(world.world());
-      if (i == 5) row = far.index;  // which the next one has, too
-      if (i == 12) {
-        expect_refused([&] {
-          world.give(
-              [&](World& part) {
-                if (rank == 1) create_far(part);
-              },
-              of_rank);
-        });
-        far = world.world().body_at(row);
-      }
-      if (i == 5 || i == 12) {
-        expect_refused([&] { world.step(kStep, of_rank); });
-        expect_refused([&] { world.hash(); });
-        world.world().destroy_body(far);
-      }
-      world.step(kStep, of_rank);
-      ASSERT_EQ(world.hash(), expected[static_cast<std::size_t>(i)]) << "step " << i;
-    }
-    world.finish_recording(of_rank);
-  });
-  EXPECT_EQ(all_of(errors), "");
-  Player player(file);
-  EXPECT_FALSE(player.verify(0, 20, workers));
-  EXPECT_EQ(player.info().last_step, 20u);
-  std::filesystem::remove(file);
-}
-
-// A solver that step() refuses can be taken back as it was set.
-TEST(DistributedWorld, GoesOnWhereTheSolverWasNotSupported) {
-  const auto errors = run_ranks(2, [&](int rank, Transport& transport) {
-    DistributedWorld world(falling_column().world, transport);
-    Workers of_rank(1);
-    const auto set = [&](Solver solver) {
-      world.give(
-          [&](World& part) {
-            WorldSettings settings = part.settings();
-            settings.solver = solver;
-            if (rank == 1) part.set_settings(settings);
-          },
-          of_rank);
-    };
-    const Solver before = world.world().settings().solver;
-    const std::uint64_t hash = world.hash();
-    set(Solver::jacobi);
-    EXPECT_THROW(world.step(kStep, of_rank), Error);
-    EXPECT_EQ(world.hash(), hash);
-    set(before);
-    world.step(kStep, of_rank);
-    EXPECT_NE(world.hash(), hash);
-  });
-  EXPECT_EQ(all_of(errors), "");
 }
 
 }  // namespace
