@@ -131,6 +131,19 @@ TEST_F(DistributedCommand, RecordsWhatOneProcessVerifies) {
   EXPECT_EQ(nlohmann::json::parse(described.out)["keyframes"], 4) << described.out;
 }
 
+// Bodies that come after the checkpoint, go after it, or are driven, are those of a run that nothing has
+// ended.
+TEST_F(DistributedCommand, GoesOnFromACheckpointWhereBodiesComeAndGo) {
+  for (const std::string scene : {"spawning --set bodies=20 --set life=30", "drum --set bodies=60"}) {
+    const std::string file = path("changing.checkpoint"), run_of = scene + " --quiet --json - --steps ";
+    const std::string expected = hash_of(scree(run_of + "100"));
+    const Outcome first = mpirun(2, run_of + "60 --checkpoint-steps 50 --checkpoint '" + file + "'");
+    ASSERT_EQ(first.exit_code, 0) << first.err;
+    EXPECT_EQ(hash_of(scree(run_of + "100 --resume '" + file + "'")), expected) << scene;
+    EXPECT_EQ(hash_of(mpirun(3, run_of + "100 --resume '" + file + "'")), expected) << scene;
+  }
+}
+
 // A rank is killed after the first checkpoint; what goes on from the last one, on another number of ranks,
 // has the hash of a run that nothing has ended.
 TEST_F(DistributedCommand, GoesOnFromTheLastCheckpointWhereARankWasKilled) {

@@ -114,8 +114,6 @@ Plan make_plan(const RunOptions& options) {
     if (file.empty()) continue;
     if (plan.worlds.size() > 1)
       throw Error(std::string(name) + " " + file + ": is for one world; say --set worlds=1");
-    if (!first.changes.empty())
-      throw Error(std::string(name) + " " + file + ": not for scenes in which bodies come and go");
   }
   if (plan.warmup >= plan.steps) {
     throw Error("--warmup " + std::to_string(plan.warmup) + " must be below the " +
@@ -309,8 +307,9 @@ bool are_alike(const World& one, const World& other) {
   return true;
 }
 
-// Goes on from a checkpoint, by the settings of this run, and returns how many steps it has taken.
-int resume(World& world, const RunOptions& options, int steps) {
+// Goes on from a checkpoint, by the settings of this run, and returns how many steps it has taken. Bodies
+// that have come and gone until then do so here, too, which takes no steps: the cast has their handles then.
+int resume(World& world, Cast& cast, const RunOptions& options, int steps) {
   const auto refuse = [&](const std::string& reason) {
     throw Error("--resume " + options.resume + ": " + reason);
   };
@@ -318,8 +317,12 @@ int resume(World& world, const RunOptions& options, int steps) {
   Snapshot snapshot;
   {
     const World before = read_checkpoint(options.resume);
-    if (!are_alike(before, world)) refuse("it is of another scene: its bodies, shapes or joints are others");
     save(before, snapshot);
+    for (const scenes::SceneChange& change : cast.script.changes) {
+      if (static_cast<std::uint64_t>(change.step) < snapshot.step())
+        scenes::make_change(world, cast.script, change, cast.bodies);
+    }
+    if (!are_alike(before, world)) refuse("it is of another scene: its bodies, shapes or joints are others");
   }
   restore(world, snapshot);
   world.set_settings(settings);
@@ -481,7 +484,7 @@ RunFigures run(const RunOptions& options, Team* team) {
     figures.joints += static_cast<std::int64_t>(scene.joints.size());
     scene = {};  // avoids holding a million bodies twice
   }
-  if (!options.resume.empty()) plan.steps_taken = resume(worlds.front(), options, plan.steps);
+  if (!options.resume.empty()) plan.steps_taken = resume(worlds.front(), casts.front(), options, plan.steps);
   plan.warmup = figures.warmup = std::min(plan.warmup, plan.steps - plan.steps_taken - 1);
   if (team != nullptr && !is_shared) team->take(std::move(worlds.front()), options.latency.value_or(0.0));
   std::vector<World*> pointers;
