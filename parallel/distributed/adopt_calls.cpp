@@ -32,8 +32,8 @@ bool is_dynamic(const Bodies& bodies, std::int32_t body) {
 void adopt(WorldData& data, Border& border, std::int32_t body, Changes& changes) {
   const auto place = static_cast<std::size_t>(body);
   std::int32_t& owner = border.owner[place];
-  const bool is_another =
-      std::exchange(border.generation[place], data.bodies.generation[body]) != data.bodies.generation[body];
+  const bool is_another = std::exchange(border.generation[place], known_generation(data.bodies, place)) !=
+                          data.bodies.generation[body];
   const bool dynamic = is_dynamic(data.bodies, body), was_owned = owner != kEveryRank;
   if (dynamic == was_owned && !(dynamic && is_another)) return;
   if (was_owned) {

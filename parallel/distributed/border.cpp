@@ -93,8 +93,7 @@ void check_new_bodies(const WorldData& data, const Border& border) {
   const Bodies& bodies = data.bodies;
   const auto check = [&](std::int32_t body) {
     const auto row = static_cast<std::size_t>(body);
-    const bool is_new = row >= border.owner.size() || border.owner[row] == kEveryRank ||
-                        border.generation[row] != bodies.generation[row];
+    const bool is_new = row >= border.generation.size() || border.generation[row] != bodies.generation[row];
     if (is_new && (bodies.flags[row] & kBodyAlive) != 0 && bodies.type[row] == BodyType::dynamic)
       check_position(bodies, body);
   };
@@ -114,7 +113,8 @@ void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_
     if (data.bodies.type[body] != BodyType::dynamic) owner[body] = kEveryRank;
   }
   auto border = std::make_unique<Border>(transport, std::move(owner));
-  border->generation.assign(data.bodies.generation.begin(), data.bodies.generation.end());
+  for (std::size_t row = 0; row < data.bodies.flags.size(); ++row)
+    border->generation.push_back(known_generation(data.bodies, row));
   data.border = std::move(border);
   forget_halos(data, *border_of(data));
 }

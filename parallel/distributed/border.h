@@ -62,6 +62,7 @@ struct RestingShapes {
   Column<std::int32_t> shapes;
   BoundsRow box = {};       // around all of them, in whose padding there is nothing
   std::size_t added = 0;    // since the list was made anew
+  bool is_stale = false;    // most of what was asked for has gone
   std::uint64_t lists = 0;  // made so far
 };
 
@@ -90,7 +91,7 @@ struct Border final : Part {
   CountedTransport transport;
   const std::int32_t here = transport.rank();
   std::vector<std::int32_t> owner;                              // by body: rank, or kEveryRank
-  std::vector<std::uint32_t> generation;                        // by body: whose owner that is
+  std::vector<std::uint32_t> generation;                        // by row: of the body whose owner that is
   std::function<std::int32_t(std::int32_t body)> owner_of_new;  // of bodies that calls create
   std::vector<Halo> halos;                                      // by rank
   bool halos_stale = true;             // owners have changed: what is lent must be sent anew
@@ -120,6 +121,12 @@ inline bool rests_here(const WorldData& data, const Border& border, std::int32_t
          border.owns(body) && (data.bodies.flags[body] & kBodyAsleep) != 0;
 }
 
+// Of the body in a row. A body that comes into the row of a dead one has the generation that is there: then
+// it is another number.
+inline std::uint32_t known_generation(const Bodies& bodies, std::size_t row) {
+  return bodies.generation[row] - ((bodies.flags[row] & kBodyAlive) != 0 ? 0u : 1u);
+}
+
 inline Border* border_of(const WorldData& data) { return static_cast<Border*>(data.border.get()); }
 
 // Makes a world the part of a rank: it solves what one of its bodies takes part in. `owner`: the rank of each
@@ -135,6 +142,8 @@ struct GivenBody {
 };
 void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew);
 
+// Files hold what is sent: rises where that changes in a way that sizes of columns do not show.
+inline constexpr std::uint64_t kMessageLayout = 2;
 // Sends all that this rank has to rank 0 of a transport, and stays what it is. Not for rank 0 itself.
 void send_all_bodies(WorldData& data, Transport& transport, Crew& crew);
 // On rank 0, which owns all bodies already: takes what all others have sent. The world is whole then.
@@ -153,7 +162,7 @@ void check_border(const WorldData& data);
 // What all ranks do together must not be done in a rank's calls of give(): throws Error there.
 void check_not_giving(const Border& border);
 // Throws Error for a body whose position floats cannot hold well enough; of those that calls have created
-// or made dynamic since the last step, all ranks find the same, and nothing has been changed then.
+// since the last step, all ranks find the same, and nothing has been changed then.
 void check_position(const Bodies& bodies, std::int32_t body);
 void check_new_bodies(const WorldData& data, const Border& border);
 // Takes up what calls have done to bodies since the last step. May be called before that, too.

@@ -378,8 +378,17 @@ void DistributedWorld::give(const std::function<void(World&)>& calls, Workers& w
   check_not_giving(border);
   adopt_calls(impl.data(), border);
   const std::vector<std::int32_t> owners = border.owner;
-  const AfterCalls after = [&] { let_go_of_given(impl.data(), border); };
-  std::optional<Error> problem;
+  // Ranks make all calls alike, also those that follow what all of them refuse.
+  std::optional<Error> problem, refusal;
+  const AfterCalls after = [&] {
+    try {
+      check_new_bodies(impl.data(), border);
+    } catch (const Error& error) {
+      refusal = error;
+      return;
+    }
+    let_go_of_given(impl.data(), border);
+  };
   {
     const Giving giving(border);
     for (int from = 0; from < ranks() && !problem; ++from) {
@@ -388,8 +397,9 @@ void DistributedWorld::give(const std::function<void(World&)>& calls, Workers& w
                                : take_calls(impl.world, border.transport, from, after);
     }
   }
-  if (border.owner != owners) impl.settle(workers);
+  if (!refusal && border.owner != owners) impl.settle(workers);
   if (problem) throw *problem;
+  if (refusal) throw *refusal;
 }
 
 void DistributedWorld::step(float dt, Workers& workers) {
@@ -476,11 +486,12 @@ void DistributedWorld::record(const std::string& file, Workers& workers, const R
   if (impl.border().is_recorded)
     throw Error("DistributedWorld: the world is being recorded already", ErrorCode::already_recording);
   check_not_giving(impl.border());
+  adopt_calls(impl.data(), impl.border());  // before a file is opened, as this may refuse them
   impl.recording_file = file;
   impl.compression_level = options.compression_level;
   std::optional<Error> problem = impl.on_first([&] {
     impl.recorder.emplace(SharedRecorder::record_part(impl.world, file, options));
-    impl.recording_file = std::filesystem::canonical(file).string();  // wherever other ranks are
+    impl.recording_file = std::filesystem::absolute(file).string();  // whatever folder others are in
   });
   try {
     if (!problem) {

@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::size_t kShapesPerBox = 16;
 constexpr int kShapesPerTask = 4096;
-constexpr std::size_t kFewAdded = 256;  // resting shapes, for which it does not pay to make the list anew
+constexpr std::size_t kFewAdded = 256;  // resting shapes that do not pay for a new list
 
 // Around all of them.
 BoundsRow box_shapes(const WorldData& data, const Column<std::int32_t>& shapes, Crew& crew) {
@@ -55,13 +55,15 @@ void list_resting_shapes(const WorldData& data, Border& border, const Column<std
                          Crew& crew) {
   RestingShapes& resting = border.resting;
   const std::size_t kept = resting.shapes.size() - resting.added;
-  if (border.halos_stale || data.bodies.asleep == 0 || resting.added > kFewAdded + kept / 2) {
+  if (border.halos_stale || data.bodies.asleep == 0 || resting.is_stale ||
+      resting.added > kFewAdded + kept / 2) {
     resting.shapes.clear();
     if (data.bodies.asleep > 0)
       list_where(crew, data.shapes.flags.size(), border.places, resting.shapes,
                  [&](std::int32_t shape) { return rests_here(data, border, shape); });
     resting.box = box_shapes(data, resting.shapes, crew);
     resting.added = 0;
+    resting.is_stale = false;
     ++resting.lists;
     return;
   }
@@ -117,8 +119,11 @@ void list_near(const WorldData& data, Border& border, std::int32_t rank, Crew& c
   halo.resting_seen = resting.size();
   find_near(data, border, std::as_const(border.own_shapes).span(), around, crew);
   halo.near.assign(border.found.begin(), border.found.end());
+  const std::size_t awake = halo.near.size();
   std::copy_if(halo.near_resting.begin(), halo.near_resting.end(), std::back_inserter(halo.near),
                [&](std::int32_t shape) { return rests_here(data, border, shape); });
+  const std::size_t resting_still = halo.near.size() - awake;
+  if (halo.near_resting.size() > kFewAdded + 2 * resting_still) border.resting.is_stale = true;
 }
 
 // Spreads ten bits, to every third place.

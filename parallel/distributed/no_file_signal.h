@@ -1,13 +1,14 @@
 // Keeps signals of failed writes from ending the process: errors tell of them.
 #pragma once
 
+#include <cerrno>
 #include <csignal>
 #include <ctime>
 
 namespace scree {
 
 // Of the calling thread, while this is there. A limit of the file's size is SIGXFSZ, a pipe without a reader
-// SIGPIPE; what was pending before stays so.
+// SIGPIPE; what was pending before stays so, what others send to the process meanwhile may be lost.
 class NoFileSignal {
  public:
   NoFileSignal() {
@@ -21,7 +22,7 @@ class NoFileSignal {
   }
   ~NoFileSignal() {
     const std::timespec at_once{};
-    while (sigtimedwait(&blocked_, nullptr, &at_once) > 0) {
+    while (sigtimedwait(&blocked_, nullptr, &at_once) > 0 || errno == EINTR) {
     }
     pthread_sigmask(SIG_SETMASK, &before_, nullptr);
   }

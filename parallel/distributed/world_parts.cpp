@@ -20,7 +20,7 @@ namespace scree {
 
 std::uint64_t layout_of_parts() {
   const WorldData none;
-  std::vector<std::uint64_t> layout{layout_of_columns()};
+  std::vector<std::uint64_t> layout{layout_of_columns(), kMessageLayout};
   const auto note = [&](const auto& column) { layout.push_back(sizeof *column.data()); };
   for_each_local_column(none.bodies, LocalColumns::travelling, note);
   for_each_local_column(none.shapes, LocalColumns::travelling, note);

@@ -7,6 +7,7 @@
 #include <parallel/distributed/border.h>
 #include <parallel/validate/validate_stages.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -34,6 +35,18 @@ bool is_changed(const Bodies& bodies, std::int32_t body) {
   return bodies.all_changed || bodies.is_changed[body] != 0;
 }
 
+// Of a rank whose box was looked at in this step, all resting shapes in that box are in the list.
+void validate_near(const WorldData& data, const Border& border, const Halo& halo) {
+  if (halo.resting_list != border.resting.lists || halo.resting_seen != border.resting.shapes.size()) return;
+  std::vector<std::int32_t> near = halo.near_resting;
+  std::sort(near.begin(), near.end());
+  for (const std::int32_t shape : border.resting.shapes) {
+    SCREE_ASSERT(!rests_here(data, border, shape) ||
+                 !bounds_meet(data.shapes.fat_bounds[shape], halo.resting_box) ||
+                 std::binary_search(near.begin(), near.end(), shape));
+  }
+}
+
 // Each own shape that rests is in the list and in its box, but those that will be taken up in the next step.
 void validate_resting(const WorldData& data, const Border& border) {
   const Shapes& shapes = data.shapes;
@@ -51,6 +64,7 @@ void validate_resting(const WorldData& data, const Border& border) {
     SCREE_ASSERT(!rests_here(data, border, shape) || is_in_box(shapes.fat_bounds[shape]));
   for (const std::int32_t shape : static_cast<const BroadPhase&>(*data.broad_phase).changed)
     is_known[static_cast<std::size_t>(shape)] = 1;
+  for (const Halo& halo : border.halos) validate_near(data, border, halo);
   for (std::size_t row = 0; row < is_known.size(); ++row) {
     const auto shape = static_cast<std::int32_t>(row);
     SCREE_ASSERT(is_known[row] != 0 || shapes.is_changed[shape] != 0 || !rests_here(data, border, shape));

@@ -257,7 +257,8 @@ void check_memory(const scenes::Scene& scene, Team& team, const RunOptions& opti
               " processes of a machine that has " + std::to_string(available >> 20) + " MiB left");
 }
 
-// Of all that the scene and its steps are made from, and roughly of the scene itself.
+// Of all that the scene and its steps are made from, of what processes do together besides, and roughly of
+// the scene itself.
 std::uint64_t digest_of(const scenes::Scene& scene, const RunOptions& options, const Plan& plan) {
   scenes::Digest digest;
   const auto add_text = [&](const std::string& text) {
@@ -275,14 +276,18 @@ std::uint64_t digest_of(const scenes::Scene& scene, const RunOptions& options, c
     add_text(options.scene);
   }
   digest.add(std::bit_cast<std::uint32_t>(plan.dt));
-  digest.add(static_cast<std::uint64_t>(plan.steps));
+  const int together[] = {plan.steps,
+                          options.record.empty() ? 0 : options.keyframes.value_or(-1),
+                          options.checkpoint.empty() ? 0 : plan.checkpoint_steps,
+                          options.resume.empty() ? 0 : 1,
+                          options.no_sleep ? 1 : 0,
+                          options.no_continuous ? 1 : 0};
+  for (const int one : together) digest.add(static_cast<std::uint64_t>(one));
   digest.add(scenes::digest_of(scene));
   return digest.value();
 }
 
-// Fills the world of a team: each process gives its share of a scene.
-std::vector<BodyId> populate_team(Team& team, const scenes::Scene& scene, const RunOptions& options,
-                                  const Plan& plan, Workers& workers) {
+void check_alike(Team& team, const scenes::Scene& scene, const RunOptions& options, const Plan& plan) {
   const std::uint64_t own = digest_of(scene, options, plan) >> 32;
   team.meet();
   // All are the same exactly where the mean of the squares is the square of the mean.
@@ -290,6 +295,11 @@ std::vector<BodyId> populate_team(Team& team, const scenes::Scene& scene, const 
   const auto squares = static_cast<std::uint64_t>(team.add_up(static_cast<std::int64_t>(own * own)));
   if (static_cast<std::uint64_t>(team.processes()) * squares != sum * sum)
     throw Error("--distributed: the scenes or steps of the processes differ");
+}
+
+// Fills the world of a team: each process gives its share of a scene.
+std::vector<BodyId> populate_team(Team& team, const scenes::Scene& scene, const RunOptions& options,
+                                  Workers& workers) {
   team.take(World(scene.settings), options.latency.value_or(0.0));
   return scenes::populate(team.world(), scene, workers);
 }
@@ -298,7 +308,7 @@ bool are_alike(const World& one, const World& other) {
   if (one.poses().size() != other.poses().size()) return false;
   for (std::uint32_t row = 0; row < one.poses().size(); ++row) {
     const BodyId a = one.body_at(row), b = other.body_at(row);
-    if (one.is_alive(a) != other.is_alive(b)) return false;
+    if (a.generation != b.generation || one.is_alive(a) != other.is_alive(b)) return false;
     if (!one.is_alive(a)) continue;
     if (one.body_type(a) != other.body_type(b) || one.shapes_of(a, {}) != other.shapes_of(b, {}) ||
         one.joints_of(a, {}) != other.joints_of(b, {}))
@@ -467,14 +477,17 @@ RunFigures run(const RunOptions& options, Team* team) {
   figures.warmup = plan.warmup;
   figures.dt = static_cast<double>(plan.dt);
   figures.substeps = plan.worlds.front().settings.substeps;
-  if (team != nullptr) check_memory(plan.worlds.front(), *team, options);
+  if (team != nullptr) {
+    check_memory(plan.worlds.front(), *team, options);
+    check_alike(*team, plan.worlds.front(), options, plan);
+  }
   Progress progress(figures.scene, plan.steps, !quiet);
   std::vector<World> worlds;
   std::vector<Cast> casts;
   worlds.reserve(plan.worlds.size());
   const bool is_shared = team != nullptr && options.resume.empty();  // from the beginning
   for (scenes::Scene& scene : plan.worlds) {
-    std::vector<BodyId> bodies = is_shared ? populate_team(*team, scene, options, plan, workers)
+    std::vector<BodyId> bodies = is_shared ? populate_team(*team, scene, options, workers)
                                            : scenes::populate(worlds.emplace_back(scene.settings), scene);
     if (scene.drives.empty() && scene.changes.empty()) bodies = {};
     casts.push_back({scenes::script_of(scene), std::move(bodies)});

@@ -50,7 +50,8 @@ struct RankStats {
 ///
 /// Dynamic bodies must be created within 16384 m of the origin along each axis. Where one is farther out,
 /// what all ranks do together, such as step() and hash(), throws an Error on all of them, and goes on when
-/// the body is destroyed. Bodies may move farther.
+/// the body is destroyed. Bodies may move farther, but a world that is shared out must not have such ones:
+/// who goes on from a checkpoint destroys them before.
 ///
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///

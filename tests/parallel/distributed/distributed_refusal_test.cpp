@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <string>
 #include <utility>
@@ -165,6 +166,91 @@ TEST(DistributedRefusal, GoesOnWhereABodyWasTooFarOut) {
   Player player(file);
   EXPECT_FALSE(player.verify(0, 20, workers));
   EXPECT_EQ(player.info().last_step, 20u);
+  std::filesystem::remove(file);
+}
+
+// Parts that follow the one with the far body are taken by all ranks, too.
+TEST(DistributedRefusal, WhatIsGivenWithABodyTooFarOutIsOnAllRanks) {
+  constexpr int kBodies = 60000;  // some MiB of calls, more than one part
+  const auto create = [](World& world) {
+    for (int i = 0; i < kBodies; ++i) {
+      const float x = 3.0f * static_cast<float>(i % 300), z = 3.0f * static_cast<float>(i / 300);
+      world.add_shape(world.create_body({.position = {x, i == 10 ? 20000.0f : 5.0f, z}}), Sphere{0.5f});
+    }
+  };
+  World one{WorldSettings{}};
+  create(one);
+  one.destroy_body(one.body_at(static_cast<std::uint32_t>(one.poses().size()) - kBodies + 10));
+  Workers workers(1);
+  step(one, kStep, workers);
+  const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
+    DistributedWorld world(World(WorldSettings{}), transport);
+    Workers of_rank(1);
+    EXPECT_THROW(world.give(
+                     [&](World& part) {
+                       if (rank == 1) create(part);
+                     },
+                     of_rank),
+                 Error);
+    EXPECT_EQ(world.world().body_count(), static_cast<std::size_t>(kBodies));
+    EXPECT_THROW(world.hash(), Error);
+    World& part = world.world();
+    part.destroy_body(part.body_at(static_cast<std::uint32_t>(part.poses().size()) - kBodies + 10));
+    world.step(kStep, of_rank);
+    EXPECT_EQ(world.hash(), one.hash());
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
+// What has flown far is no new body, though it is kinematic for a while.
+TEST(DistributedRefusal, BodiesMayMoveFar) {
+  World one{WorldSettings{}};
+  const auto create = [](World& world) {
+    for (int i = 0; i < 6; ++i)
+      world.add_shape(world.create_body({.position = {10.0f * static_cast<float>(i), 0, 16383},
+                                         .linear_velocity = {0, 0, 300}}),
+                      Sphere{0.5f});
+  };
+  create(one);
+  const auto change = [](World& world, int i) {
+    const BodyId body = world.body_at(static_cast<std::uint32_t>(world.poses().size()) - 3);
+    if (i == 5) world.set_body_type(body, BodyType::kinematic);
+    if (i == 8) world.set_body_type(body, BodyType::dynamic);
+  };
+  Workers workers(1);
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < 20; ++i) {
+    change(one, i);
+    step(one, kStep, workers);
+    hashes.push_back(one.hash());
+  }
+  const auto errors = run_ranks(2, [&](int, Transport& transport) {
+    World whole{WorldSettings{}};
+    create(whole);
+    DistributedWorld world(std::move(whole), transport);
+    Workers of_rank(1);
+    for (int i = 0; i < 20; ++i) {
+      change(world.world(), i);
+      world.step(kStep, of_rank);
+      ASSERT_EQ(world.hash(), hashes[static_cast<std::size_t>(i)]) << "step " << i;
+    }
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
+// A recording of the name stays as it is.
+TEST(DistributedRefusal, OfABodyTooFarOutComesBeforeAFileIsOpened) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("scree_kept_" + std::to_string(getpid()))).string();
+  std::ofstream(file) << "kept";
+  const auto errors = run_ranks(2, [&](int, Transport& transport) {
+    DistributedWorld world(falling_pile().world, transport);
+    Workers of_rank(1);
+    world.world().create_body({.position = {0, 17000, 0}});
+    EXPECT_THROW(world.record(file, of_rank), Error);
+  });
+  EXPECT_EQ(all_of(errors), "");
+  EXPECT_EQ(std::filesystem::file_size(file), 4u);
   std::filesystem::remove(file);
 }
 

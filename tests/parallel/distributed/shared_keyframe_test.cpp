@@ -326,11 +326,14 @@ TEST(SharedKeyframe, IsNotWrittenToAnotherFileOfTheName) {
 
 TEST(SharedKeyframe, BeyondALimitOfTheFilesSizeEndsTheRecordingAlone) {
   const TemporaryFile file;
-  rlimit limit{};
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  struct Limit {
+    Limit() { getrlimit(RLIMIT_FSIZE, &before); }
+    ~Limit() { setrlimit(RLIMIT_FSIZE, &before); }
+    rlimit before{};
+  } limit;
   record_disturbed(file.path(), [&](int rank, int i, FailingTransport&, DistributedWorld& world) {
     if (rank != 0) return;
-    rlimit small = limit;
+    rlimit small = limit.before;
     if (i == 13) small.rlim_cur = world.recorder()->bytes_written() + 2000;
     if (i == 13 || i == 23) setrlimit(RLIMIT_FSIZE, &small);
   });
