@@ -162,7 +162,8 @@ void check_border(const WorldData& data);
 // What all ranks do together must not be done in a rank's calls of give(): throws Error there.
 void check_not_giving(const Border& border);
 // Throws Error for a body whose position floats cannot hold well enough; of those that calls have created
-// since the last step, all ranks find the same, and nothing has been changed then.
+// since the last step, all ranks find the same, and nothing has been changed then. Fixed bodies are in no
+// list of changes: they are looked at when they become dynamic.
 void check_position(const Bodies& bodies, std::int32_t body);
 void check_new_bodies(const WorldData& data, const Border& border);
 // Takes up what calls have done to bodies since the last step. May be called before that, too.

@@ -387,6 +387,7 @@ void DistributedWorld::give(const std::function<void(World&)>& calls, Workers& w
       refusal = error;
       return;
     }
+    refusal.reset();  // later calls have destroyed the body
     let_go_of_given(impl.data(), border);
   };
   {

@@ -35,39 +35,39 @@ bool is_changed(const Bodies& bodies, std::int32_t body) {
   return bodies.all_changed || bodies.is_changed[body] != 0;
 }
 
-// Of a rank whose box was looked at in this step, all resting shapes in that box are in the list.
-void validate_near(const WorldData& data, const Border& border, const Halo& halo) {
-  if (halo.resting_list != border.resting.lists || halo.resting_seen != border.resting.shapes.size()) return;
-  std::vector<std::int32_t> near = halo.near_resting;
-  std::sort(near.begin(), near.end());
-  for (const std::int32_t shape : border.resting.shapes) {
-    SCREE_ASSERT(!rests_here(data, border, shape) ||
-                 !bounds_meet(data.shapes.fat_bounds[shape], halo.resting_box) ||
-                 std::binary_search(near.begin(), near.end(), shape));
-  }
-}
-
-// Each own shape that rests is in the list and in its box, but those that will be taken up in the next step.
+// Each own shape that rests is in the list and in its box, and in that of each halo whose box it meets and
+// that has seen all of the list; but those that will be taken up in the next step.
 void validate_resting(const WorldData& data, const Border& border) {
   const Shapes& shapes = data.shapes;
-  std::vector<std::uint8_t> is_known(shapes.flags.size(), 0);
-  for (const std::int32_t shape : border.resting.shapes) is_known[static_cast<std::size_t>(shape)] = 1;
+  const RestingShapes& resting = border.resting;
+  std::vector<std::uint8_t> is_pending(shapes.flags.size(), 0), is_listed(shapes.flags.size(), 0);
+  for (const std::int32_t shape : static_cast<const BroadPhase&>(*data.broad_phase).changed)
+    is_pending[static_cast<std::size_t>(shape)] = 1;
+  for (const std::int32_t shape : resting.shapes) is_listed[static_cast<std::size_t>(shape)] = 1;
   const auto is_in_box = [&](const BoundsRow& bounds) {
     bool is_inside = true;
     for (int axis = 0; axis < 3; ++axis) {
-      is_inside = is_inside && !(bounds.lower[axis] < border.resting.box.lower[axis]) &&
-                  !(bounds.upper[axis] > border.resting.box.upper[axis]);
+      is_inside = is_inside && !(bounds.lower[axis] < resting.box.lower[axis]) &&
+                  !(bounds.upper[axis] > resting.box.upper[axis]);
     }
     return is_inside;
   };
-  for (const std::int32_t shape : border.resting.shapes)
-    SCREE_ASSERT(!rests_here(data, border, shape) || is_in_box(shapes.fat_bounds[shape]));
-  for (const std::int32_t shape : static_cast<const BroadPhase&>(*data.broad_phase).changed)
-    is_known[static_cast<std::size_t>(shape)] = 1;
-  for (const Halo& halo : border.halos) validate_near(data, border, halo);
-  for (std::size_t row = 0; row < is_known.size(); ++row) {
+  std::vector<std::int32_t> settled;
+  for (std::size_t row = 0; row < is_pending.size(); ++row) {
     const auto shape = static_cast<std::int32_t>(row);
-    SCREE_ASSERT(is_known[row] != 0 || shapes.is_changed[shape] != 0 || !rests_here(data, border, shape));
+    if (is_pending[row] != 0 || shapes.is_changed[shape] != 0 || !rests_here(data, border, shape)) continue;
+    SCREE_ASSERT(is_listed[row] != 0);
+    SCREE_ASSERT(is_in_box(shapes.fat_bounds[shape]));
+    settled.push_back(shape);
+  }
+  for (const Halo& halo : border.halos) {
+    if (halo.resting_list != resting.lists || halo.resting_seen != resting.shapes.size()) continue;
+    std::vector<std::int32_t> near = halo.near_resting;
+    std::sort(near.begin(), near.end());
+    for (const std::int32_t shape : settled) {
+      SCREE_ASSERT(!bounds_meet(shapes.fat_bounds[shape], halo.resting_box) ||
+                   std::binary_search(near.begin(), near.end(), shape));
+    }
   }
 }
 
