@@ -52,7 +52,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
   ROWS (state,   std::uint8_t,    flags,           /* calls, islands, quarantine_bodies; BodyFlag */            \
         kOnAllRanks, kTellsLife, known_flags(kKnownBodyFlags, 0))                                               \
   ROWS (state,   PoseRow,         pose,            /* calls, solve; of the center of mass, in the body's axes */ \
-        kHashed, kApart, kVaried, kPlacement)                                                                   \
+        kHashed, kApart, kPlacement)                                                                            \
   ROWS (state,   VelocityRow,     velocity,        /* calls, solve */                                           \
         kHashed, kApart, kFinite)                                                                               \
   ROWS (state,   ForceRow,        force,           /* calls; cleared by finish_step */                          \
@@ -134,7 +134,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
         within_limits(kMinDensity, kMaxDensity))                                                                \
   ROWS (state,   Filter,          filter)          /* calls */                                                  \
   ROWS (state,   BoundsRow,       fat_bounds,      /* update_bounds; the box that pairs were last found with */ \
-        kApart, kVaried, kFinite)                                                                               \
+        kApart, kFinite)                                                                                        \
   ROWS (state,   TreeKind,        tree,            /* calls, islands */                                         \
         kOnAllRanks, if_dead(TreeKind::none, "a dead shape has no tree"))                                       \
   ROWS (state,   std::uint64_t,   user_data)       /* calls */                                                  \
@@ -148,7 +148,7 @@ static_assert(kBodyAlive == 1 && kShapeAlive == 1 && kJointAlive == 1);
                                                       slot */                                                   \
   ROWS (state,   PoseRow,         pose,            /* update_bounds; in the world; the padding tells how far    \
                                                       the shape travels in a step, by the velocity it had then */ \
-        kApart, kVaried)                                                                                        \
+        kApart)                                                                                                 \
   ROWS (scratch, StepMotion,      motion, kTravels) /* update_bounds, forget_displaced, islands; since the last \
                                                       narrow phase. Outside of `moving`, and in a restored       \
                                                       world, it is motion_at_rest() */                          \

@@ -89,6 +89,14 @@ void check_position(const Bodies& bodies, std::int32_t body) {
   }
 }
 
+void check_positions(const WorldData& data) {
+  const Bodies& bodies = data.bodies;
+  for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
+    const bool is_dynamic = (bodies.flags[row] & kBodyAlive) != 0 && bodies.type[row] == BodyType::dynamic;
+    if (is_dynamic && bodies.is_absent[row] == 0) check_position(bodies, static_cast<std::int32_t>(row));
+  }
+}
+
 void check_new_bodies(const WorldData& data, const Border& border) {
   const Bodies& bodies = data.bodies;
   const auto check = [&](std::int32_t body) {

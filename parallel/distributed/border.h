@@ -143,11 +143,14 @@ struct GivenBody {
 void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew);
 
 // Files hold what is sent: rises where that changes in a way that sizes of columns do not show.
-inline constexpr std::uint64_t kMessageLayout = 2;
-// Sends all that this rank has to rank 0 of a transport, and stays what it is. Not for rank 0 itself.
+inline constexpr std::uint64_t kMessageLayout = 3;
+// Sends all bodies of this rank, which stays what it is, to who has none of them. `transport` goes to nobody
+// else, and need not have such a rank.
 void send_all_bodies(WorldData& data, Transport& transport, Crew& crew);
-// On rank 0, which owns all bodies already: takes what all others have sent. The world is whole then.
-void receive_all_bodies(WorldData& data, Transport& transport, Crew& crew);
+// Takes bodies that have been sent so, by some ranks of another transport. All of them must be this rank's
+// already, and none of them here; those that are this rank's must all be among them.
+void receive_all_bodies(WorldData& data, Transport& transport, std::span<const std::int32_t> senders,
+                        Crew& crew);
 
 // Owners have changed: what is here of others stays until its owner does not lend it in the next step.
 void forget_halos(WorldData& data, Border& border);
@@ -165,6 +168,7 @@ void check_not_giving(const Border& border);
 // since the last step, all ranks find the same, and nothing has been changed then. Fixed bodies are in no
 // list of changes: they are looked at when they become dynamic.
 void check_position(const Bodies& bodies, std::int32_t body);
+void check_positions(const WorldData& data);  // of all dynamic bodies that are here
 void check_new_bodies(const WorldData& data, const Border& border);
 // Takes up what calls have done to bodies since the last step. May be called before that, too.
 void adopt_calls(WorldData& data, Border& border);

@@ -2,6 +2,7 @@
 #include <core/state/recording_format/recording_chunks.h>
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <fcntl.h>
+#include <parallel/distributed/agree.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/checkpoint.h>
 #include <parallel/distributed/messages.h>
@@ -18,6 +19,8 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <memory>
+#include <numeric>
 #include <system_error>
 #include <utility>
 
@@ -33,8 +36,10 @@ struct PartEntry {
   std::uint64_t bytes, hash;
 };
 
-std::size_t head_bytes(std::size_t ranks) {
-  return kFixedHeadBytes + ranks * sizeof(PartEntry) + sizeof(std::uint64_t);
+constexpr std::size_t kCommonParts = 2;  // before those of ranks
+
+std::size_t head_bytes(std::size_t parts) {
+  return kFixedHeadBytes + parts * sizeof(PartEntry) + sizeof(std::uint64_t);
 }
 
 // Says of which file it is.
@@ -48,6 +53,7 @@ struct CheckpointFile final : PartSource {
   std::ifstream stream;
   std::vector<PartEntry> parts;
   std::vector<std::uint64_t> begin;  // of each part
+  std::uint64_t identity = 0;
 
   [[noreturn]] void refuse(std::uint64_t offset, const std::string& reason,
                            ErrorCode code = ErrorCode::corrupt_data) const {
@@ -61,16 +67,19 @@ struct CheckpointFile final : PartSource {
     if (!stream) refuse(offset, "the file cannot be read", ErrorCode::io_failure);
     return bytes;
   }
-  int ranks() const override { return static_cast<int>(parts.size()); }
-  std::vector<std::byte> part(int of_rank) override {
-    const auto rank = static_cast<std::size_t>(of_rank);
-    std::vector<std::byte> bytes = read(begin[rank], static_cast<std::size_t>(parts[rank].bytes));
-    if (hash_of_bytes(bytes) != parts[rank].hash)
-      refuse(begin[rank], "the checksum of the part of rank " + std::to_string(rank) + " is wrong");
+  bool is_whole() const { return parts.size() == 1; }
+  std::vector<std::byte> read_part(std::size_t part) {
+    std::vector<std::byte> bytes = read(begin[part], static_cast<std::size_t>(parts[part].bytes));
+    if (hash_of_bytes(bytes) != parts[part].hash)
+      refuse(begin[part], "the checksum of part " + std::to_string(part) + " is wrong");
     return bytes;
   }
+  int ranks() const override { return static_cast<int>(parts.size() - kCommonParts); }
+  std::vector<std::byte> part(int rank) override {
+    return read_part(kCommonParts + static_cast<std::size_t>(rank));
+  }
   [[noreturn]] void refuse(int rank, std::size_t at, const std::string& reason) const override {
-    refuse(begin[static_cast<std::size_t>(rank)] + at, reason);
+    refuse(begin[kCommonParts + static_cast<std::size_t>(rank)] + at, reason);
   }
 };
 
@@ -100,17 +109,18 @@ CheckpointFile open_checkpoint(const std::string& name) {
     file.refuse(12, "the bytes are not in little-endian order");
   if (reader.take<std::uint64_t>() != layout_of_parts())
     file.refuse(16, "a version of Scree with other columns has written this", ErrorCode::wrong_version);
-  const auto ranks = reader.take<std::uint64_t>();
-  if (ranks == 0 || ranks > kMostRanks)
-    file.refuse(24, "there are " + std::to_string(ranks) + " ranks; it must be in [1, 1000000]");
-  const std::size_t begin = head_bytes(static_cast<std::size_t>(ranks));
+  const auto parts = reader.take<std::uint64_t>();
+  if (parts != 1 && (parts < kCommonParts + 2 || parts > kCommonParts + kMostRanks))
+    file.refuse(24, "there are " + std::to_string(parts) + " parts; it must be 1 or in [4, 1000002]");
+  const std::size_t begin = head_bytes(static_cast<std::size_t>(parts));
   if (size < begin) file.refuse(size, "the file ends too early");
   const std::vector<std::byte> all = file.read(0, begin);
   std::uint64_t hash = 0;
   std::memcpy(&hash, all.data() + begin - sizeof hash, sizeof hash);
   if (hash != hash_of_bytes(std::span(all).first(begin - sizeof hash)))
     file.refuse(begin - sizeof hash, "the checksum is wrong");
-  file.parts.resize(static_cast<std::size_t>(ranks));
+  file.identity = hash;
+  file.parts.resize(static_cast<std::size_t>(parts));
   std::memcpy(file.parts.data(), all.data() + kFixedHeadBytes, file.parts.size() * sizeof(PartEntry));
   std::uint64_t at = begin;
   for (const PartEntry& part : file.parts) {
@@ -118,7 +128,7 @@ CheckpointFile open_checkpoint(const std::string& name) {
     file.begin.push_back(at);
     at += part.bytes;
   }
-  if (at != size) file.refuse(at, "more follows than the parts of all ranks");
+  if (at != size) file.refuse(at, "more follows than the parts");
   return file;
 }
 
@@ -137,15 +147,90 @@ std::vector<std::byte> make_head(std::span<const PartEntry> parts) {
   return head.take();
 }
 
+// The bytes are gone then.
+Snapshot read_common(CheckpointFile& file) {
+  const std::vector<std::byte> bytes = file.read_part(0);
+  return read_part_snapshot(bytes);
+}
+
+// By row of bodies: the rank whose messages have it.
+std::vector<std::int32_t> read_owners(CheckpointFile& file, const WorldData& common) {
+  const Bodies& bodies = common.bodies;
+  const std::vector<std::byte> bytes = file.read_part(1);
+  std::vector<std::int32_t> owners(bodies.flags.size());
+  if (bytes.size() != owners.size() * sizeof(std::int32_t))
+    file.refuse(file.begin[1], "the owners are not as many as the bodies");
+  std::memcpy(owners.data(), bytes.data(), bytes.size());
+  for (std::size_t row = 0; row < owners.size(); ++row) {
+    const bool is_of_all = bodies.is_absent[row] == 0;
+    if (is_of_all ? owners[row] != kEveryRank : owners[row] < 0 || owners[row] >= file.ranks()) {
+      file.refuse(file.begin[1] + row * sizeof(std::int32_t), "the owner of body " + std::to_string(row) +
+                                                                  " is rank " + std::to_string(owners[row]) +
+                                                                  " of " + std::to_string(file.ranks()));
+    }
+  }
+  return owners;
+}
+
+// Adds the name of the file to what says nothing of it.
+template <class Work>
+auto read_named(const std::string& file, Work&& work) {
+  try {
+    return work();
+  } catch (const RefusedFile&) {
+    throw;
+  } catch (const Error& error) {  // as a rank refuses messages
+    const bool is_told = error.code() != ErrorCode::invalid_value;
+    throw Error(std::string(kCall) + ": " + file + ": " + error.what(),
+                is_told ? error.code() : ErrorCode::corrupt_data);
+  }
+}
+
+// Of this world's border, without what it says of the dead.
+std::vector<std::int32_t> owners_of_dynamic(const WorldData& data) {
+  std::vector<std::int32_t> owners = border_of(data)->owner;
+  for (std::size_t row = 0; row < owners.size(); ++row) {
+    if ((data.bodies.flags[row] & kBodyAlive) == 0) owners[row] = kEveryRank;
+  }
+  return owners;
+}
+
+template <class Row>
+void append(std::span<const Row> rows, OwnParts& parts) {
+  const std::span<const std::byte> bytes = std::as_bytes(rows);
+  parts.bytes.insert(parts.bytes.end(), bytes.begin(), bytes.end());
+  parts.lengths.push_back(bytes.size());
+}
+
+void append_snapshot(const Snapshot& snapshot, OwnParts& parts) {
+  const std::size_t before = parts.bytes.size();
+  detail::write_snapshot(
+      snapshot,
+      [](void* context, std::span<const std::byte> bytes, std::size_t) {
+        auto& all = *static_cast<std::vector<std::byte>*>(context);
+        all.insert(all.end(), bytes.begin(), bytes.end());
+      },
+      &parts.bytes);
+  parts.lengths.push_back(parts.bytes.size() - before);
+}
+
 }  // namespace
 
-std::vector<std::byte> checkpoint_part(World& world, Crew& crew) {
-  const Border* const border = border_of(internals(world));
-  if (border != nullptr && border->here != 0) return messages_of_part(world, crew);
-  Snapshot snapshot;
-  SnapshotAccess::data(snapshot) = std::make_unique<SnapshotData>();
-  save_first_part(world, *SnapshotAccess::data(snapshot));
-  return write_snapshot(snapshot);
+OwnParts checkpoint_parts(World& world, Crew& crew) {
+  const Border& border = *border_of(internals(world));
+  const auto ranks = static_cast<std::size_t>(border.transport.ranks());
+  OwnParts parts;
+  if (border.here == 0) {
+    Snapshot common;
+    SnapshotAccess::data(common) = std::make_unique<SnapshotData>();
+    save_common(world, *SnapshotAccess::data(common));
+    parts.bytes.resize(head_bytes(has_parts(world) ? kCommonParts + ranks : 1));
+    append_snapshot(common, parts);
+    if (!has_parts(world)) return parts;
+    append<std::int32_t>(owners_of_dynamic(internals(world)), parts);
+  }
+  append<std::byte>(messages_of_part(world, crew), parts);
+  return parts;
 }
 
 namespace {
@@ -165,13 +250,9 @@ std::string agree_on_target(Transport& transport, const std::string& file) {
       target = (fs::path(file).parent_path() / fs::read_symlink(file, failure)).string();
       if (failure) problem = failure.message();
     }
-    const std::string told = problem.empty() ? "+" + target : "-" + problem;
-    for (std::int32_t to = 1; to < transport.ranks(); ++to)
-      send_list<char>(transport, to, std::span(told.data(), told.size()));
-  } else {
-    const std::vector<char> told = receive_list<char>(transport, 0);
-    (told.at(0) == '+' ? target : problem).assign(told.begin() + 1, told.end());
   }
+  target = tell_all(transport, target);
+  problem = tell_all(transport, problem);
   if (!problem.empty()) throw Error(file + ": cannot be written: " + problem, ErrorCode::io_failure);
   return target;
 }
@@ -194,14 +275,29 @@ int put_in_place(const std::string& draft, const std::string& target) {
 
 }  // namespace
 
-void write_parts(Transport& transport, const std::string& file, std::span<const std::byte> part) {
+void write_parts(Transport& transport, const std::string& file, OwnParts own) {
   const std::string target = agree_on_target(transport, file), draft = target + ".draft";
-  const std::vector<PartEntry> parts = gather_rows(transport, PartEntry{part.size(), hash_of_bytes(part)});
-  const std::vector<std::byte> head = make_head(parts);
-  std::uint64_t offset = head.size();
-  for (int rank = 0; rank < transport.rank(); ++rank) offset += parts[static_cast<std::size_t>(rank)].bytes;
+  const bool is_first = transport.rank() == 0;
+  std::vector<PartEntry> entries;
+  std::size_t end = own.bytes.size();
+  for (std::size_t i = own.lengths.size(); i-- > 0;) {
+    const std::size_t begin = end - own.lengths[i];
+    entries.insert(entries.begin(),
+                   {own.lengths[i], hash_of_bytes(std::span(own.bytes).subspan(begin, own.lengths[i]))});
+    end = begin;
+  }
+  const std::vector<std::uint64_t> all_bytes = gather_rows(transport, std::uint64_t{own.bytes.size()});
+  const auto is_sound = [](const PartEntry&) { return true; };
+  const std::vector<PartEntry> parts = gather_lists(transport, entries, is_sound);
+  if (is_first) {
+    const std::vector<std::byte> head = make_head(parts);
+    std::copy(head.begin(), head.end(), own.bytes.begin());
+  }
+  const auto before = static_cast<std::size_t>(transport.rank());
+  const std::uint64_t offset = std::accumulate(
+      all_bytes.begin(), all_bytes.begin() + static_cast<std::ptrdiff_t>(before), std::uint64_t{0});
   const auto on_first = [&](auto&& work) {
-    std::int64_t problem = transport.rank() == 0 ? work() : 0;
+    std::int64_t problem = is_first ? work() : 0;
     transport.add_up({&problem, 1});
     return static_cast<int>(problem);
   };
@@ -209,20 +305,14 @@ void write_parts(Transport& transport, const std::string& file, std::span<const 
     throw Error(file + ": cannot be written: " + std::strerror(problem), ErrorCode::io_failure);
   try {
     const NoFileSignal guard;
-    if (transport.rank() == 0) {
-      std::vector<std::byte> first(head);
-      first.insert(first.end(), part.begin(), part.end());
-      transport.write_together(draft, 0, first);
-    } else {
-      transport.write_together(draft, offset, part);
-    }
+    transport.write_together(draft, offset, own.bytes);
   } catch (...) {
-    if (transport.rank() == 0) std::remove(draft.c_str());
+    if (is_first) std::remove(draft.c_str());
     throw;
   }
   const int problem = on_first([&] { return put_in_place(draft, target); });
   if (problem == 0) return;
-  if (transport.rank() == 0) std::remove(draft.c_str());
+  if (is_first) std::remove(draft.c_str());
   throw Error(file + ": cannot be replaced: " + std::strerror(problem), ErrorCode::io_failure);
 }
 
@@ -231,26 +321,40 @@ void write_checkpoint(const World& world, const std::string& file) {
   check_whole(internals(world, "write_checkpoint"), "write_checkpoint");
   Snapshot snapshot;
   save(world, snapshot);
+  OwnParts parts;
+  parts.bytes.resize(head_bytes(1));
+  append_snapshot(snapshot, parts);
   LocalRanks alone(1);
-  write_parts(alone.at(0), file, write_snapshot(snapshot));
+  write_parts(alone.at(0), file, std::move(parts));
 }
 
-World read_checkpoint(const std::string& file) {
+World read_checkpoint(const std::string& name) {
   check_byte_order(kCall);
-  CheckpointFile parts = open_checkpoint(file);
-  World world{WorldSettings{}};
-  try {
-    Snapshot state = read_snapshot(parts.part(0));
-    if (parts.ranks() > 1) state = add_parts(std::move(state), parts);
-    restore(world, state);
-  } catch (const RefusedFile&) {
-    throw;
-  } catch (const Error& error) {  // as a rank refuses messages
-    const bool is_told = error.code() != ErrorCode::invalid_value;
-    throw Error(std::string(kCall) + ": " + file + ": " + error.what(),
-                is_told ? error.code() : ErrorCode::corrupt_data);
-  }
-  return world;
+  CheckpointFile file = open_checkpoint(name);
+  return read_named(name, [&] {
+    World world{WorldSettings{}};
+    if (file.is_whole()) {
+      restore(world, read_snapshot(file.read_part(0)));
+    } else {
+      file.read_part(1);  // of no use, but it must be sound
+      restore(world, add_parts(read_common(file), file));
+    }
+    return world;
+  });
+}
+
+FileShare read_file_share(const std::string& name, Transport& transport, Crew& crew) {
+  check_byte_order(kCall);
+  CheckpointFile file = open_checkpoint(name);
+  return read_named(name, [&] {
+    if (file.is_whole()) return FileShare{read_checkpoint(name), true, file.identity};
+    World common;
+    restore(common, read_common(file));
+    const std::vector<std::int32_t> owners = read_owners(file, internals(common));
+    FileShare share{read_share(std::move(common), file, owners, transport, crew), false, file.identity};
+    check_positions(internals(share.world));
+    return share;
+  });
 }
 
 }  // namespace scree

@@ -4,6 +4,7 @@
 #include <core/world/edit.h>
 #include <parallel/constraints/constraints.h>
 #include <parallel/crew/crew.h>
+#include <parallel/distributed/agree.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/checkpoint.h>
 #include <parallel/distributed/give_calls.h>
@@ -69,21 +70,23 @@ std::uint64_t digest_of(const World& world) {
   return digest;
 }
 
-// Throws on all ranks unless all of them hold the same world and were built alike.
-void check_alike(const World& world, Transport& transport, const DistributedOptions& options) {
+// Throws on all ranks unless all of them were built alike and have the same options, and the same of what is
+// called `what`.
+void check_alike(Transport& transport, const DistributedOptions& options, const char* what,
+                 std::uint64_t state) {
   struct Digest {
     std::uint64_t build, state;
     std::int64_t steps_per_look;
     std::uint64_t imbalance;
   };
   const std::string_view version = SCREE_VERSION;
-  const Digest own{digest_of(std::as_bytes(std::span(version)), layout_of_columns()), digest_of(world),
+  const Digest own{digest_of(std::as_bytes(std::span(version)), layout_of_columns()), state,
                    options.steps_per_look, std::bit_cast<std::uint32_t>(options.imbalance)};
   const std::vector<Digest> digests = gather_rows<Digest>(transport, own);
   for (std::size_t rank = 1; rank < digests.size(); ++rank) {
     const Digest &one = digests[rank], &first = digests[0];
     const char* other = one.build != first.build                     ? "build"
-                        : one.state != first.state                   ? "world"
+                        : one.state != first.state                   ? what
                         : one.steps_per_look != first.steps_per_look ? "option steps_per_look"
                         : one.imbalance != first.imbalance           ? "option imbalance"
                                                                      : nullptr;
@@ -101,12 +104,6 @@ void check_options(const DistributedOptions& options) {
   if (!(options.imbalance >= 1.0f)) {
     throw Error("DistributedOptions: imbalance is " + std::to_string(options.imbalance) +
                 "; it must be at least 1");
-  }
-}
-
-void check_positions(const Bodies& bodies) {
-  for (std::size_t body = 0; body < bodies.flags.size(); ++body) {
-    if (is_shared_out(bodies, body)) check_position(bodies, static_cast<std::int32_t>(body));
   }
 }
 
@@ -198,6 +195,19 @@ struct DistributedWorld::Impl {
     give_strays(workers);
   }
 
+  void cut_anew() {
+    std::vector<WeightedPoint> points;
+    for_each_own([&](std::int32_t body) { points.push_back(weigh(data(), body)); });
+    partition = cut_space(border().transport, points);
+  }
+
+  // Of this object, which stays where it is.
+  void own_new_bodies() {
+    border().owner_of_new = [this](std::int32_t body) {
+      return partition.rank_of(data().bodies.pose[body].position);
+    };
+  }
+
   void give_strays(Workers& workers) {
     const PartitionBox box = box_of(partition, transport.rank());
     std::vector<GivenBody> given;
@@ -250,39 +260,7 @@ struct DistributedWorld::Impl {
   // Rank 0 works. All ranks get what it has thrown.
   template <class Work>
   std::optional<Error> on_first(Work&& work) {
-    std::optional<Error> problem;
-    if (here() == 0) {
-      try {
-        work();
-      } catch (const Error& error) {
-        problem = error;
-      } catch (const std::exception& error) {
-        problem = Error(error.what());
-      }
-    }
-    std::int64_t told[2] = {problem ? 1 : 0, problem ? static_cast<std::int64_t>(problem->code()) : 0};
-    transport.add_up(told);
-    if (told[0] == 0) return problem;
-    if (here() != 0) {
-      const std::vector<char> text = receive_list<char>(transport, 0);
-      return Error(std::string(text.begin(), text.end()), static_cast<ErrorCode>(told[1]));
-    }
-    const std::string_view text = problem->what();
-    for (std::int32_t to = 1; to < transport.ranks(); ++to)
-      send_list<char>(transport, to, std::span(text.data(), text.size()));
-    return problem;
-  }
-
-  // Rank 0 tells the name of the recording.
-  void share_name() {
-    std::string& name = recording_file;
-    if (here() != 0) {
-      const std::vector<char> told = receive_list<char>(transport, 0);
-      name.assign(told.begin(), told.end());
-      return;
-    }
-    for (std::int32_t to = 1; to < transport.ranks(); ++to)
-      send_list<char>(transport, to, std::span(name.data(), name.size()));
+    return tell_all(transport, here() == 0 ? attempt(work) : std::nullopt);
   }
 
   // The world goes on where a keyframe cannot be written: the recorder has ended then.
@@ -337,9 +315,9 @@ struct DistributedWorld::Impl {
 };
 
 DistributedWorld::DistributedWorld(World world, Transport& transport, const DistributedOptions& options) {
-  check_alike(world, transport, options);
+  check_alike(transport, options, "world", digest_of(world));
   check_options(options);
-  check_positions(internals(world, "DistributedWorld").bodies);
+  check_positions(internals(world, "DistributedWorld"));
   impl_.reset(new Impl{std::move(world), transport, options});
   WorldData& data = internals(impl_->world, "DistributedWorld");
   impl_->partition = first_partition(data, transport);
@@ -349,10 +327,28 @@ DistributedWorld::DistributedWorld(World world, Transport& transport, const Dist
       owners[body] = impl_->partition.rank_of(data.bodies.pose[body].position);
   }
   divide_world(data, transport, std::move(owners));
-  Impl* const impl = impl_.get();  // which stays where it is
-  impl->border().owner_of_new = [impl](std::int32_t body) {
-    return impl->partition.rank_of(impl->data().bodies.pose[body].position);
-  };
+  impl_->own_new_bodies();
+}
+
+DistributedWorld::DistributedWorld(const std::string& file, Transport& transport, Workers& workers,
+                                   const DistributedOptions& options) {
+  std::optional<FileShare> share;
+  std::optional<Error> problem = agree(transport, attempt([&] {
+                                         check_options(options);
+                                         Crew crew(workers);
+                                         share = read_file_share(file, transport, crew);
+                                       }));
+  if (problem) throw *problem;
+  check_alike(transport, options, "checkpoint", share->identity);
+  if (share->is_whole) {
+    *this = DistributedWorld(std::move(share->world), transport, options);
+    return;
+  }
+  impl_.reset(new Impl{std::move(share->world), transport, options});
+  share.reset();
+  impl_->cut_anew();
+  impl_->give_strays(workers);
+  impl_->own_new_bodies();
 }
 
 DistributedWorld::~DistributedWorld() = default;
@@ -469,17 +465,11 @@ void DistributedWorld::checkpoint(const std::string& file, Workers& workers) {
   check_not_giving(impl_->border());
   adopt_calls(impl_->data(), impl_->border());
   Crew crew(workers);
-  std::vector<std::byte> part;
-  std::exception_ptr problem;
-  try {
-    part = checkpoint_part(impl_->world, crew);
-  } catch (...) {
-    problem = std::current_exception();
-  }
-  const bool all_have = impl_->border().transport.holds_everywhere(problem == nullptr);
-  if (problem != nullptr) std::rethrow_exception(problem);
-  if (!all_have) throw Error(file + ": another rank cannot make its part", ErrorCode::io_failure);
-  write_parts(impl_->transport, file, part);
+  OwnParts parts;
+  const std::optional<Error> problem =
+      agree(impl_->transport, attempt([&] { parts = checkpoint_parts(impl_->world, crew); }));
+  if (problem) throw Error(file + ": cannot be written: " + problem->what(), problem->code());
+  write_parts(impl_->transport, file, std::move(parts));
 }
 
 void DistributedWorld::record(const std::string& file, Workers& workers, const RecorderOptions& options) {
@@ -496,7 +486,7 @@ void DistributedWorld::record(const std::string& file, Workers& workers, const R
   });
   try {
     if (!problem) {
-      impl.share_name();
+      impl.recording_file = tell_all(impl.transport, impl.recording_file);
       problem = impl.add_keyframe(workers);
     }
     if (problem) throw *problem;
@@ -519,6 +509,11 @@ void DistributedWorld::finish_recording(Workers& workers) {
 
 const Recorder* DistributedWorld::recorder() const noexcept {
   return impl_->recorder ? &*impl_->recorder : nullptr;
+}
+
+DistributedWorld read_checkpoint(const std::string& file, Transport& transport, Workers& workers,
+                                 const DistributedOptions& options) {
+  return DistributedWorld(file, transport, workers, options);
 }
 
 }  // namespace scree

@@ -4,6 +4,7 @@
 // A rank knows a pair if one of its bodies takes part. So the new owner of a body needs the body's pairs, but
 // those with bodies that it had already. The bodies on the other side of these pairs come as ghosts before
 // the next pairs are found.
+#include <core/state/snapshot/absent_rows.h>
 #include <core/world/pair_key.h>
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/distributed/border.h>
@@ -204,10 +205,10 @@ bool share_owners(Border& border, std::span<const GivenBody> given, std::vector<
   return any;
 }
 
-// All that goes to each rank. No pair may be at rest.
+// All that goes to each receiver. No pair may be at rest.
 std::vector<Parcel> pack(const WorldData& data, const Border& border,
-                         const std::vector<std::int32_t>& next_owner) {
-  std::vector<Parcel> parcels(border.halos.size());
+                         const std::vector<std::int32_t>& next_owner, std::size_t receivers) {
+  std::vector<Parcel> parcels(receivers);
   for (std::size_t body = 0; body < next_owner.size(); ++body) {
     const auto row = static_cast<std::int32_t>(body);
     if (border.owns(row) && next_owner[body] != border.here)
@@ -215,7 +216,7 @@ std::vector<Parcel> pack(const WorldData& data, const Border& border,
   }
   pack_pairs(data, border, next_owner, parcels);
   pack_joints(data, border, next_owner, parcels);
-  std::vector<SentEvents> events = pack_events(data, border, next_owner);
+  std::vector<SentEvents> events = pack_events(data, border, next_owner, receivers);
   for (std::size_t rank = 0; rank < parcels.size(); ++rank) parcels[rank].events = std::move(events[rank]);
   return parcels;
 }
@@ -269,7 +270,7 @@ void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) 
   std::vector<std::int32_t> next_owner = border.owner;
   if (!share_owners(border, given, next_owner)) return;
   pull_all_pairs(data, crew);  // pairs at rest travel like others
-  const std::vector<Parcel> parcels = pack(data, border, next_owner);
+  const std::vector<Parcel> parcels = pack(data, border, next_owner, border.halos.size());
   std::vector<std::vector<std::int32_t>> taken(parcels.size());  // by rank: the bodies that it gives this one
   for (std::size_t body = 0; body < next_owner.size(); ++body) {
     if (next_owner[body] == border.here && border.owner[body] != border.here &&
@@ -297,31 +298,40 @@ void send_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
   wake_neighbors(data);
   data.contacts.pairs_stale = true;  // pairs at rest go back to where they were, even if memory runs out now
   pull_all_pairs(data, crew);
+  const auto nobody = static_cast<std::int32_t>(border.halos.size());  // who has had none of them
   std::vector<std::int32_t> next_owner = border.owner;
-  std::replace(next_owner.begin(), next_owner.end(), border.here, std::int32_t{0});
-  const Parcel parcel = std::move(pack(data, border, next_owner)[0]);
-  send_list<std::int32_t>(transport, 0, parcel.bodies);
-  send_list<std::uint8_t>(transport, 0, std::vector<std::uint8_t>{data.contacts.manifolds_stale});
-  send_parcel(transport, 0, data, parcel);
+  std::replace(next_owner.begin(), next_owner.end(), border.here, nobody);
+  const Parcel parcel = std::move(pack(data, border, next_owner, border.halos.size() + 1).back());
+  send_list<std::int32_t>(transport, nobody, parcel.bodies);
+  send_list<std::uint8_t>(transport, nobody, std::vector<std::uint8_t>{data.contacts.manifolds_stale});
+  send_parcel(transport, nobody, data, parcel);
 }
 
-void receive_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
+void receive_all_bodies(WorldData& data, Transport& transport, std::span<const std::int32_t> senders,
+                        Crew& crew) {
   Border& border = *border_of(data);
-  pull_all_pairs(data, crew);
   std::vector<std::uint8_t> has_come(border.owner.size(), 0);
   Arrivals arrivals;
-  for (std::int32_t from = 1; from < transport.ranks(); ++from) {
+  for (const std::int32_t from : senders) {
     const std::vector<std::int32_t> bodies = receive_list<std::int32_t>(transport, from);
     const std::vector<std::uint8_t> is_stale = receive_list<std::uint8_t>(transport, from);
     if (is_stale.size() != 1) refuse_world_of(from);
     data.contacts.manifolds_stale = data.contacts.manifolds_stale || is_stale[0] != 0;
     for (const std::int32_t body : bodies) {
-      check_owner(border, border.here, body);
-      if ((data.bodies.flags[body] & kBodyAlive) == 0) refuse_world_of(from);
+      if (body < 0 || std::cmp_greater_equal(body, has_come.size()) || !border.owns(body) ||
+          (data.bodies.flags[body] & kBodyAlive) == 0)
+        refuse_world_of(from);
       if (has_come[static_cast<std::size_t>(body)]++ != 0) refuse_world_of(from);
-      set_absent(data, body, true);  // as it was on rank 0
     }
     receive_parcel(transport, from, data, bodies, arrivals);
+    for (const std::int32_t body : bodies) {
+      if (is_zero_row(data.bodies.pose[body])) refuse_world_of(from);  // as if it were absent
+    }
+  }
+  for (std::size_t body = 0; body < has_come.size(); ++body) {
+    const bool is_owned = border.owns(static_cast<std::int32_t>(body));
+    if (is_owned && (data.bodies.flags[body] & kBodyAlive) != 0 && has_come[body] == 0)
+      throw Error("no rank has sent body " + std::to_string(body));
   }
   take(data, border, arrivals, crew);
 }

@@ -8,8 +8,6 @@
 
 namespace scree {
 
-namespace {
-
 bool is_there(const WorldData& data, const TouchingPair& pair) {
   const auto lives = [](const auto& rows, SlotName name, std::uint8_t alive) {
     return name.index < rows.flags.size() && (rows.flags[name.index] & alive) != 0 &&
@@ -18,6 +16,8 @@ bool is_there(const WorldData& data, const TouchingPair& pair) {
   return lives(data.shapes, pair.shape_a, kShapeAlive) && lives(data.shapes, pair.shape_b, kShapeAlive) &&
          lives(data.bodies, pair.body_a, kBodyAlive) && lives(data.bodies, pair.body_b, kBodyAlive);
 }
+
+namespace {
 
 const TouchingPair& pair_of(const TouchRow& row) { return row.pair; }
 const TouchingPair& pair_of(const TouchingPair& row) { return row; }
@@ -67,8 +67,8 @@ void take_rows(const WorldData& data, const Border& border, std::vector<Row>& re
 }  // namespace
 
 std::vector<SentEvents> pack_events(const WorldData& data, const Border& border,
-                                    const std::vector<std::int32_t>& next_owner) {
-  std::vector<SentEvents> sent(border.halos.size());
+                                    const std::vector<std::int32_t>& next_owner, std::size_t receivers) {
+  std::vector<SentEvents> sent(receivers);
   const Events& events = data.events;
   for_each_sent(data, border, next_owner, events.touching,
                 [&](std::size_t rank, const TouchRow& row) { sent[rank].touching.push_back(row); });

@@ -27,15 +27,18 @@ inline Receivers receivers_of(const Border& border, const std::vector<std::int32
   return to;
 }
 
+// Whether both shapes and both bodies live.
+bool is_there(const WorldData& data, const TouchingPair& pair);
+
 struct SentEvents {
   std::vector<TouchRow> touching = {};
   std::vector<TouchingPair> sensed = {};
   std::vector<SlotName> woken = {};
 };
 
-// By rank: what goes there. No pair may be at rest.
+// By receiver, of which there are so many: what goes there. No pair may be at rest.
 std::vector<SentEvents> pack_events(const WorldData& data, const Border& border,
-                                    const std::vector<std::int32_t>& next_owner);
+                                    const std::vector<std::int32_t>& next_owner, std::size_t receivers);
 void send_events(Transport& transport, std::int32_t to, const SentEvents& sent);
 void receive_events(Transport& transport, std::int32_t from, SentEvents& received);
 // Owners have changed: forgets what this rank no longer tells of, and adds what it has received.

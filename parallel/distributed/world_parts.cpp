@@ -1,20 +1,25 @@
 // See world_parts.h.
-#include <core/geometry/balls.h>
 #include <core/state/recording_format/recording_chunks.h>
+#include <core/state/snapshot/absent_rows.h>
+#include <core/state/snapshot/saved_columns.h>
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <core/state/snapshot/snapshot_columns.h>
 #include <core/world/edit.h>
 #include <parallel/distributed/border.h>
+#include <parallel/distributed/give_events.h>
 #include <parallel/distributed/local_columns.h>
 #include <parallel/distributed/world_parts.h>
 #include <scree/error.h>
 
+#include <algorithm>
 #include <cstring>
-#include <exception>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace scree {
 
@@ -86,119 +91,167 @@ class MessageReader final : public Transport {
   int from_ = -1;
 };
 
-// Of the type that a shape has; hulls are those that they are.
-Geometry plain_geometry(const WorldData& data, std::int32_t shape) {
-  switch (data.shapes.type[shape]) {
-    case ShapeType::sphere:
-      return Sphere{};
-    case ShapeType::capsule:
-      return Capsule{};
-    case ShapeType::cylinder:
-      return Cylinder{};
-    case ShapeType::cone:
-      return Cone{};
-    case ShapeType::box:
-      return Box{};
-    case ShapeType::rounded_box:
-      return Box{.rounding = 0.1f};
-    case ShapeType::hull:
-    case ShapeType::rounded_hull:
-    case ShapeType::mesh:
-    case ShapeType::half_space:
-      break;
-  }
-  return geometry_of(data, shape);
-}
-
-// A snapshot must be that of some world, in which all bodies are there. Those that are absent are plain ones
-// until other ranks' parts are read.
-void write_plain_body(Bodies& bodies, std::int32_t body) {
-  zero_row(bodies, body, LocalColumns::all);
-  bodies.pose[body].rotation[3] = 1.0f;
-  bodies.transform[body] = {};
-  const bool jointed = bodies.first_joint[body] >= 0;
-  bodies.motion[body] = {0.0f, 0.0f, 1.0f, jointed ? std::uint32_t{kMotionJointed} : 0u};
-  bodies.local_mass[body].inverse_mass = 1.0f;
-  bodies.marks.mark(body);
-}
-
-void write_plain_shape(WorldData& data, std::int32_t shape) {
-  Shapes& shapes = data.shapes;
-  const Geometry geometry = plain_geometry(data, shape);
-  zero_row(shapes, shape, LocalColumns::all);
-  write_extent(data, shape, geometry, slots_of(shapes, shape));
-  write_material(shapes, shape, Material{});
-  shapes.given_pose[shape] = {};
-  place_shape_in_body(data, shape);
-  shapes.pose[shape].rotation[3] = 1.0f;
-  shapes.tree[shape] = tree_of(data.bodies, shapes.body[shape]);
-}
-
-void show_absent_bodies(WorldData& data) {
-  for (std::size_t row = kFirstBody; row < data.bodies.flags.size(); ++row) {
-    const auto body = static_cast<std::int32_t>(row);
-    if ((data.bodies.flags[row] & kBodyAlive) == 0 || !is_absent(data.bodies, body)) continue;
-    write_plain_body(data.bodies, body);
-    for (std::int32_t shape = data.bodies.first_shape[row]; shape >= 0; shape = data.shapes.next[shape])
-      write_plain_shape(data, shape);
-    measure_core(data, body);
+// Sheets of pairs and their contacts, in which dynamic bodies take part.
+constexpr bool is_of_pairs(SheetId sheet) {
+  switch (sheet) {
+    case SheetId::pairs:
+    case SheetId::pair_axes:
+    case SheetId::resting:
+    case SheetId::resting_axes:
+    case SheetId::contacts_moving:
+    case SheetId::contacts:
+    case SheetId::free_contacts:
+    case SheetId::contact_forces:
+    case SheetId::events_resting:
+      return true;
+    default:
+      return false;
   }
 }
 
-void hide_absent_bodies(WorldData& data, Border& border) {
-  for (std::size_t row = 0; row < data.shapes.flags.size(); ++row) {
-    if ((data.shapes.flags[row] & kShapeAlive) == 0 || !is_absent(data.bodies, data.shapes.body[row]))
-      continue;
-    data.shapes.tree[row] = TreeKind::none;
-    data.shapes.marks.mark(static_cast<std::int32_t>(row));
+bool travels(const WorldData& data, std::int32_t body) {
+  return (data.bodies.flags[body] & kBodyAlive) != 0 && data.bodies.type[body] == BodyType::dynamic;
+}
+
+// Copies runs of the rows that do not travel; the others stay zero.
+template <class Row>
+void copy_staying(const WorldData& data, SheetId store, const Row* from, Column<Row>& to) {
+  const auto stays = [&](std::size_t row) {
+    if (store == SheetId::bodies) return !travels(data, static_cast<std::int32_t>(row));
+    return (data.shapes.flags[row] & kShapeAlive) == 0 || !travels(data, data.shapes.body[row]);
+  };
+  for (std::size_t first = 0; first < to.size();) {
+    std::size_t end = first;
+    while (end < to.size() && stays(end)) ++end;
+    if (end > first)
+      std::memcpy(static_cast<void*>(to.data() + first), from + first, (end - first) * sizeof(Row));
+    first = end + 1;
   }
-  border.gone = data.bodies.flags.size();  // the memory of plain ones
+}
+
+void copy_common_columns(WorldData& data, WorldData& common) {
+  struct Rows {
+    const void* first;
+    std::size_t count;
+  };
+  std::vector<Rows> sources;
+  for_each_saved_column(data, [&](const Member&, auto& column) {
+    sources.push_back({column.data(), column.size()});
+  });
+  const Rows* next = sources.data();
+  for_each_saved_column(common, [&](const Member& member, auto& column) {
+    using Row = std::remove_cvref_t<decltype(column[0])>;
+    const Rows from = *next++;
+    if (is_of_pairs(member.sheet)) return;
+    column.resize(from.count);
+    if (is_of_present(member)) {
+      copy_staying(data, member.rows, static_cast<const Row*>(from.first), column);
+    } else if (from.count > 0) {
+      std::memcpy(static_cast<void*>(column.data()), from.first, from.count * sizeof(Row));
+    }
+  });
+}
+
+// What is said of dynamic bodies outside of their rows; the messages have that, too.
+void leave_out_travelling(WorldData& common) {
+  for (std::size_t row = 0; row < common.bodies.flags.size(); ++row) {
+    if (travels(common, static_cast<std::int32_t>(row)))
+      common.bodies.flags[row] = static_cast<std::uint8_t>(common.bodies.flags[row] & ~kBodyAsleep);
+  }
+  for (std::size_t row = 0; row < common.shapes.flags.size(); ++row) {
+    if ((common.shapes.flags[row] & kShapeAlive) != 0 && travels(common, common.shapes.body[row]))
+      common.shapes.tree[row] = TreeKind::none;
+  }
+  const auto is_told = [&](const SlotName& body) {
+    const auto row = static_cast<std::int32_t>(body.index);
+    return travels(common, row) && common.bodies.generation[row] == body.generation;
+  };
+  const auto leave_out = [](auto& list, auto&& is_left_out) {
+    const auto* const end = std::remove_if(list.begin(), list.end(), is_left_out);
+    list.drop_back(list.end() - end);
+  };
+  const auto is_told_pair = [&](const TouchingPair& pair) {
+    return is_there(common, pair) && (is_told(pair.body_a) || is_told(pair.body_b));
+  };
+  leave_out(common.events.touching, [&](const TouchRow& row) { return is_told_pair(row.pair); });
+  leave_out(common.events.sensed, is_told_pair);
+  leave_out(common.events.woken, is_told);
 }
 
 }  // namespace
 
-void save_first_part(World& world, SnapshotData& snapshot) {
+bool has_parts(const World& world) {
+  const Border* const border = border_of(internals(world, "has_parts"));
+  return border != nullptr && border->transport.ranks() > 1;
+}
+
+void save_common(World& world, SnapshotData& snapshot) {
   WorldData& data = internals(world);
-  Border* const border = border_of(data);
   place_matter(data);
-  std::exception_ptr problem;
-  try {
-    if (border != nullptr) show_absent_bodies(data);
-    save_world(data, snapshot, false);
-  } catch (...) {
-    problem = std::current_exception();
-  }
-  if (border != nullptr) hide_absent_bodies(data, *border);
-  if (problem != nullptr) std::rethrow_exception(problem);
+  if (!has_parts(world)) return save_world(data, snapshot, false);
+  WorldData common;
+  copy_common_columns(data, common);
+  common.hulls.shared = data.hulls.shared;
+  common.meshes.shared = data.meshes.shared;
+  leave_out_travelling(common);
+  save_world(common, snapshot, false);
+  data.save_values(snapshot.world);
+  snapshot.is_part = true;
 }
 
 std::vector<std::byte> messages_of_part(World& world, Crew& crew) {
   WorldData& data = internals(world);
-  const Border& border = *border_of(data);
-  MessageWriter messages(border.here, border.transport.ranks());
+  MessageWriter messages(border_of(data)->here, border_of(data)->transport.ranks());
   send_all_bodies(data, messages, crew);
   return messages.take();
 }
 
-// Holds no more than two copies of the world at a time.
-Snapshot add_parts(Snapshot first, PartSource& source) {
+// Holds the world, a snapshot of it, and what that takes to check.
+Snapshot add_parts(Snapshot common, PartSource& source) {
   std::optional<World> world(std::in_place);
-  restore(*world, first);
-  first = {};
+  restore(*world, common);
+  common = {};
   WorldData& data = internals(*world);
-  MessageReader messages(source);
-  Workers workers(1);
-  Crew crew(workers);
-  divide_world(data, messages, std::vector<std::int32_t>(data.bodies.flags.size(), 0));
-  receive_all_bodies(data, messages, crew);
-  messages.check_end();
-  data.border.reset();
+  {
+    MessageReader messages(source);
+    Workers workers(1);
+    Crew crew(workers);
+    divide_world(data, messages, std::vector<std::int32_t>(data.bodies.flags.size(), 0));
+    std::vector<std::int32_t> all(static_cast<std::size_t>(source.ranks()));
+    std::iota(all.begin(), all.end(), 0);
+    receive_all_bodies(data, messages, all, crew);
+    messages.check_end();
+    data.border.reset();
+  }
   Snapshot whole;
   save(*world, whole);
   world.reset();
-  const std::vector<std::byte> bytes = write_snapshot(whole);
-  whole = {};
-  return read_snapshot(bytes);  // what ranks have sent was not checked so far
+  SnapshotData& saved = *SnapshotAccess::data(whole);
+  check_saved(saved);
+  saved.handle_tag = 0;  // of no world that anybody knows
+  return whole;
+}
+
+World read_share(World world, PartSource& source, std::span<const std::int32_t> part_of, Transport& transport,
+                 Crew& crew) {
+  WorldData& data = internals(world);
+  const int parts = source.ranks(), readers = transport.ranks();
+  std::vector<std::int32_t> owners(part_of.begin(), part_of.end()), taken;
+  for (std::int32_t& owner : owners) owner = owner < 0 ? kEveryRank : reader_of(owner, parts, readers);
+  for (int part = 0; part < parts; ++part) {
+    if (reader_of(part, parts, readers) == transport.rank()) taken.push_back(part);
+  }
+  divide_world(data, transport, std::move(owners));
+  {
+    MessageReader messages(source);
+    receive_all_bodies(data, messages, taken, crew);
+    messages.check_end();
+  }
+  SnapshotData share;
+  save_world(data, share, false);
+  share.is_part = true;
+  check_saved(share);
+  return world;
 }
 
 }  // namespace scree

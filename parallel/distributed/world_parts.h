@@ -1,17 +1,19 @@
-// A world that many ranks have, as bytes of each rank. Rank 0 gives a snapshot of what it has, in which
-// bodies that are absent are plain ones; each other rank gives the messages in which it would give all of its
-// bodies to rank 0. Who reads them does what rank 0 would, and has the whole world, whatever number of ranks
-// there was. Checkpoints and keyframes of recordings are made so.
+// A world that many ranks have, as bytes: what all ranks have in common, and the messages in which each rank
+// would give all of its bodies away. Whoever reads these takes the bodies of some ranks or of all, whatever
+// number of ranks there was. So no process needs room for more than its share, neither to write nor to read.
+// Checkpoints and keyframes of recordings are made so.
 #pragma once
 
 #include <core/state/snapshot/snapshot.h>
 #include <core/world/world_data.h>
 #include <parallel/crew/crew.h>
 #include <scree/snapshot.h>
+#include <scree/transport.h>
 #include <scree/world.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,13 +24,15 @@ inline constexpr std::uint64_t kMostRanks = 1'000'000;
 // Tells other columns apart: those that snapshots hold, and those that travel in messages.
 std::uint64_t layout_of_parts();
 
-// Of rank 0, or of a world that no ranks share. The world stays what it is. The world still measures changes
-// from the save that it remembers.
-void save_first_part(World& world, SnapshotData& snapshot);
-// Of any other rank: message by message u64 its bytes, and these.
+// Whether a world's bytes are parts; else a snapshot says it all.
+bool has_parts(const World& world);
+// What all ranks have in common: a part in which all dynamic bodies are absent. Of a world without parts,
+// all. The world stays what it is, and still measures changes from the save that it remembers.
+void save_common(World& world, SnapshotData& snapshot);
+// A rank's bodies: message by message u64 its bytes, and these. The world stays what it is.
 std::vector<std::byte> messages_of_part(World& world, Crew& crew);
 
-// Where the parts of other ranks are read.
+// Where the messages of ranks are read.
 class PartSource {
  public:
   virtual int ranks() const = 0;
@@ -40,8 +44,19 @@ class PartSource {
   ~PartSource() = default;
 };
 
-// The whole world of which `first` is the first part. What the parts hold has been checked. Throws what the
-// source throws, and Error where messages do not fit.
-Snapshot add_parts(Snapshot first, PartSource& source);
+// The whole world, of what all ranks had in common and all their messages. What has come of it is checked.
+// Throws what the source throws, and Error where messages do not fit.
+Snapshot add_parts(Snapshot common, PartSource& source);
+
+// Of `parts` ranks that have written messages, which reader takes those of `part`. Those of ranks that were
+// side by side stay together.
+constexpr int reader_of(int part, int parts, int readers) {
+  return static_cast<int>(std::int64_t{part} * readers / parts);
+}
+// A reader's share of the world, of which `common` is what all ranks had: `part_of` says of each row of
+// bodies whose messages have it, -1 where all ranks have it. The world is divided then. What has come is
+// checked, and throws as above; so each reader knows of its own share alone whether that can be read.
+World read_share(World common, PartSource& source, std::span<const std::int32_t> part_of,
+                 Transport& transport, Crew& crew);
 
 }  // namespace scree

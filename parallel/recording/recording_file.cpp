@@ -270,9 +270,9 @@ class PartChunks final : public PartSource {
   PartChunks(RecordingFile& file, std::size_t keyframe) : file_(file), keyframe_(keyframe) {
     while (keyframe + 1 < file.chunks().size() && file.chunks()[keyframe + 1].head.kind == ChunkKind::part)
       ++keyframe;
-    parts_ = static_cast<int>(std::min<std::size_t>(keyframe - keyframe_, kMostRanks - 1));
+    parts_ = static_cast<int>(std::min<std::size_t>(keyframe - keyframe_, kMostRanks));
   }
-  int ranks() const override { return parts_ + 1; }
+  int ranks() const override { return parts_; }
   std::vector<std::byte> part(int rank) override {
     const std::uint64_t all = file_.chunks()[chunk_of(rank)].head.count;
     if (std::cmp_not_equal(all, ranks()))
@@ -293,7 +293,7 @@ class PartChunks final : public PartSource {
   }
 
  private:
-  std::size_t chunk_of(int rank) const { return keyframe_ + static_cast<std::size_t>(rank); }
+  std::size_t chunk_of(int rank) const { return keyframe_ + 1 + static_cast<std::size_t>(rank); }
 
   RecordingFile& file_;
   std::size_t keyframe_;
@@ -304,13 +304,15 @@ class PartChunks final : public PartSource {
 
 Snapshot RecordingFile::state(std::size_t chunk) {
   const SolidViews solids = solids_before(chunk);
-  Snapshot first = read_content(chunk, content(chunk),
-                                [&](std::span<const std::byte> bytes) { return read_state(bytes, solids); });
-  if (!is_shared(chunk)) return first;
+  const bool has_parts = is_shared(chunk);
+  Snapshot common = read_content(chunk, content(chunk), [&](std::span<const std::byte> bytes) {
+    return read_state(bytes, solids, has_parts);
+  });
+  if (!has_parts) return common;
   PartChunks parts(*this, chunk);
-  if (parts.ranks() == 1) refuse_content(chunk, 0, "its parts are missing");
+  if (parts.ranks() == 0) refuse_content(chunk, 0, "its parts are missing");
   try {
-    return add_parts(std::move(first), parts);
+    return add_parts(std::move(common), parts);
   } catch (const RefusedRecording&) {
     throw;
   } catch (const Error& error) {  // as a rank refuses messages

@@ -1,17 +1,16 @@
-// See shared_keyframe.h. In the file, rank 0's chunk comes first; its head says how many bytes the chunks of
-// the other ranks take behind it. Where a rank dies meanwhile, readers find that not all of these are there,
-// and drop the keyframe.
+// See shared_keyframe.h. In the file, what all ranks have in common comes first; the head of that chunk says
+// how many bytes the ranks' chunks take behind it. Where a rank dies meanwhile, readers find that not all of
+// these are there, and drop the keyframe.
 #include <core/state/recording_format/recorded_state.h>
+#include <parallel/distributed/agree.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/messages.h>
 #include <parallel/distributed/no_file_signal.h>
 #include <parallel/distributed/world_parts.h>
 #include <parallel/recording/shared_keyframe.h>
 
-#include <algorithm>
 #include <cstdint>
-#include <new>
-#include <span>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,20 +19,17 @@ namespace scree {
 
 namespace {
 
-constexpr std::int32_t kNoProblem = -1;
-constexpr std::size_t kMostText = 1000;  // of what ranks say
-
 // What all ranks must know of each one's part.
 struct PartPlace {
   std::uint64_t bytes;  // with its head
   std::uint64_t step;   // of the recording; rank 0 knows
-  std::uint64_t begin;  // of the keyframe in the file; rank 0 knows
+  std::uint64_t begin;  // of the parts in the file; rank 0 knows
 };
 
-// Packs rank 0's state. What happened before it is in the file then.
+// Packs what all ranks have in common, on rank 0. What happened before it is in the file then.
 void pack_state(World& world, SharedRecorder::Impl& recorder, ByteWriter& content, ChunkPacker& packer) {
   SnapshotData state;
-  save_first_part(world, state);
+  save_common(world, state);
   const SlotNumbers numbers = recorder.solids.numbers_of(state.hulls, state.meshes);
   SolidVectors new_solids;
   recorder.append_new_solids(new_solids);
@@ -51,79 +47,62 @@ void pack_messages(World& world, Crew& crew, ByteWriter& content, ChunkPacker& p
   packer.pack({.kind = ChunkKind::part}, content.bytes());
 }
 
-// What work() throws, as an Error.
-template <class Work>
-std::optional<Error> attempt(Work&& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error;
-  } catch (const std::bad_alloc&) {
-    return Error("memory ran out", ErrorCode::out_of_memory);
-  } catch (const std::exception& error) {
-    return Error(error.what(), ErrorCode::io_failure);
-  }
-  return {};
-}
+// A chunk before it is known where in the recording it stands.
+struct Chunk {
+  explicit Chunk(int compression_level) : packer(compression_level) {}
+  ByteWriter content;
+  ChunkPacker packer;
+};
 
-// All ranks go on alike where some have a problem, and with all that these say: who could have done its part
-// knows little.
-std::optional<Error> agree(CountedTransport& transport, const std::optional<Error>& problem) {
-  if (transport.holds_everywhere(!problem)) return {};
-  const std::vector<std::int32_t> codes =
-      gather_rows(transport, problem ? static_cast<std::int32_t>(problem->code()) : kNoProblem);
-  std::string own;
-  if (problem) own = "rank " + std::to_string(transport.rank()) + ": " + problem->what() + "; ";
-  const std::vector<char> all =
-      gather_lists<char>(transport, std::vector<char>(own.begin(), own.end()), [](char) { return true; });
-  std::string text(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), kMostText)));
-  if (text.ends_with("; ")) text.resize(text.size() - 2);
-  const auto has_failed = [](std::int32_t code) { return code != kNoProblem; };
-  return Error(text, static_cast<ErrorCode>(*std::find_if(codes.begin(), codes.end(), has_failed)));
-}
-
-// Where the parts of ranks begin; rank 0's is the first.
+// Where a rank's part begins; rank 0's is the first, behind the keyframe.
 std::uint64_t begin_of(const std::vector<PartPlace>& places, std::size_t rank) {
   std::uint64_t begin = places[0].begin;
   for (std::size_t i = 0; i < rank; ++i) begin += places[i].bytes;
   return begin;
 }
 
+std::vector<std::byte> bytes_of(const ChunkPacker::Packed& packed) {
+  std::vector<std::byte> bytes(packed.head.begin(), packed.head.end());
+  bytes.insert(bytes.end(), packed.stored.begin(), packed.stored.end());
+  return bytes;
+}
+
 std::optional<Error> write_own_part(World& world, SharedRecorder::Impl* recorder, const std::string& file,
                                     int compression_level, Crew& crew) {
   CountedTransport& transport = border_of(internals(world))->transport;
   const NoFileSignal guard;
-  ByteWriter content;
-  std::optional<ChunkPacker> packer;
+  std::optional<Chunk> common, own;
   std::optional<Error> problem = agree(transport, attempt([&] {
-                                         packer.emplace(compression_level);
-                                         if (recorder != nullptr)
-                                           return pack_state(world, *recorder, content, *packer);
-                                         pack_messages(world, crew, content, *packer);
+                                         if (recorder != nullptr) {
+                                           common.emplace(compression_level);
+                                           pack_state(world, *recorder, common->content, common->packer);
+                                         }
+                                         if (!has_parts(world)) return;
+                                         own.emplace(compression_level);
+                                         pack_messages(world, crew, own->content, own->packer);
                                        }));
   if (problem) return problem;
-  PartPlace own{packer->packed().bytes(), 0, 0};
-  if (recorder != nullptr) own = {own.bytes, recorder->position(), recorder->writer.bytes_written()};
-  const std::vector<PartPlace> places = gather_rows(transport, own);
-  const std::uint64_t behind_first = begin_of(places, places.size()) - begin_of(places, 1);
+  PartPlace place{own ? own->packer.packed().bytes() : 0, 0, 0};
+  if (recorder != nullptr) {
+    place.step = recorder->position();
+    place.begin = recorder->writer.bytes_written() + common->packer.packed().bytes();
+  }
+  const std::vector<PartPlace> places = gather_rows(transport, place);
+  const std::uint64_t all_parts = begin_of(places, places.size()) - places[0].begin;
   std::vector<std::byte> part;
   problem = agree(transport, attempt([&] {
-                    const ChunkPacker::Packed packed =
-                        packer->place(places[0].step, recorder != nullptr ? behind_first : places.size());
-                    if (recorder == nullptr) {
-                      part.assign(packed.head.begin(), packed.head.end());
-                      part.insert(part.end(), packed.stored.begin(), packed.stored.end());
-                      return;
-                    }
-                    recorder->writer.write_packed(packed);
-                    if (behind_first > 0) recorder->writer.share(file);
+                    if (own) part = bytes_of(own->packer.place(places[0].step, places.size()));
+                    own.reset();
+                    if (recorder == nullptr) return;
+                    recorder->writer.write_packed(common->packer.place(places[0].step, all_parts));
+                    if (all_parts > 0) recorder->writer.share(file);
                   }));
-  if (problem || places.size() == 1) return problem;
+  if (problem || all_parts == 0) return problem;
   const std::uint64_t begin = begin_of(places, static_cast<std::size_t>(transport.rank()));
   problem = attempt([&] { transport.write_together(file, begin, part); });
   return agree(transport, attempt([&] {
                  if (problem) throw Error(*problem);
-                 if (recorder != nullptr) recorder->writer.take_back(file, behind_first);
+                 if (recorder != nullptr) recorder->writer.take_back(file, all_parts);
                }));
 }
 

@@ -18,12 +18,13 @@ void write_state(const SnapshotData& snapshot, const SlotNumbers& numbers, ByteW
   write_columns(columns, writer);
 }
 
-Snapshot read_state(std::span<const std::byte> bytes, const SolidViews& solids) {
+Snapshot read_state(std::span<const std::byte> bytes, const SolidViews& solids, bool is_part) {
   const FpEnvironment environment;
   ByteReader reader(bytes, "the state");
   Snapshot snapshot;
   SnapshotAccess::data(snapshot) = std::make_unique<SnapshotData>();
   SnapshotData& data = *SnapshotAccess::data(snapshot);
+  data.is_part = is_part;
   const auto hash = reader.take<std::uint64_t>();
   read_world(reader, data.world);
   data.hulls = read_slots(reader, solids.hulls);

@@ -19,8 +19,8 @@ namespace scree {
 
 // `numbers` as from SolidList::numbers_of.
 void write_state(const SnapshotData& snapshot, const SlotNumbers& numbers, ByteWriter& writer);
-// Throws RefusedBytes for what no world could go on from.
-Snapshot read_state(std::span<const std::byte> bytes, const SolidViews& solids);
+// Throws RefusedBytes for what no world could go on from. `is_part`: see SnapshotData.
+Snapshot read_state(std::span<const std::byte> bytes, const SolidViews& solids, bool is_part = false);
 // Of bytes as write_state makes them.
 std::uint64_t recorded_state_hash(std::span<const std::byte> bytes);
 

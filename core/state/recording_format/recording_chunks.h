@@ -34,18 +34,19 @@
 
 namespace scree {
 
-inline constexpr std::uint32_t kRecordingVersion = 10;
+inline constexpr std::uint32_t kRecordingVersion = 11;
 inline constexpr std::uint32_t kRecordingMinor = 0;
 inline constexpr std::size_t kMostWriterBytes = 256;
 
 enum class ChunkKind : std::uint8_t {
   hulls = 1,  // write_solids; numbered through the whole recording
-  keyframe,   // the state after `step` steps, before the calls that follow: write_state
+  keyframe,   // the state after `step` steps, before the calls that follow: write_state. Where parts follow,
+              // of what all ranks have in common: SnapshotData::is_part
   restored,   // the state that a snapshot has just put into the world
   calls,      // steps and calls, see call_bytes.h; a step is 0, its dt as f32 and the world's hash after it
   end,        // nothing; the recording was ended by its recorder
   meshes,     // write_mesh_solids; numbered as hulls are, but apart from them
-  part,  // one other rank's part of the keyframe before it: u64 layout_of_parts(), then messages_of_part()
+  part,       // one rank's part of the keyframe before it: u64 layout_of_parts(), then messages_of_part()
 };
 enum ChunkFlag : std::uint8_t {
   kChunkCompressed = 1,

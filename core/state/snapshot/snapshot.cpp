@@ -1,6 +1,7 @@
 // Saving, restoring and cloning worlds.
 #include <core/geometry/hull/hull_build.h>
 #include <core/geometry/mesh/mesh_build.h>
+#include <core/state/snapshot/absent_rows.h>
 #include <core/state/snapshot/snapshot.h>
 #include <core/validate/validate.h>
 #include <core/world/edit.h>
@@ -61,7 +62,8 @@ void derive_slots(Store& store) {
 
 void derive_bodies(Bodies& bodies) {
   for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
-    bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
+    if (bodies.is_absent[row] == 0)
+      bodies.transform[row] = transform_of(bodies.pose[row], bodies.center[row]);
     bodies.is_changed[row] = 0;
     bodies.alive += (bodies.flags[row] & kBodyAlive) != 0 ? 1 : 0;
     bodies.asleep += (bodies.flags[row] & kBodyAsleep) != 0 ? 1 : 0;
@@ -77,7 +79,8 @@ void derive_shapes(WorldData& data) {
   for (std::size_t row = 0; row < shapes.flags.size(); ++row) {
     shapes.is_changed[row] = 0;
     shapes.is_noted[row] = 0;
-    shapes.motion[row] = motion_at_rest(shapes.pose[row]);
+    const bool is_here = !is_absent_row(data, SheetId::shapes, row);
+    if (is_here) shapes.motion[row] = motion_at_rest(shapes.pose[row]);
     if ((shapes.flags[row] & kShapeWakes) != 0) shapes.wakers.push_back(static_cast<std::int32_t>(row));
     if ((shapes.flags[row] & kShapeAlive) == 0) continue;
     ++shapes.alive;
@@ -86,7 +89,7 @@ void derive_shapes(WorldData& data) {
     if (shapes.events[row] != ContactEvents::none) ++shapes.asking;
     if (shapes.hooks[row] != ContactHooks::none) ++shapes.hooked;
     if ((shapes.flags[row] & kShapeSensor) != 0) ++shapes.sensors;
-    place_shape_in_body(data, static_cast<std::int32_t>(row));
+    if (is_here) place_shape_in_body(data, static_cast<std::int32_t>(row));
   }
 }
 
@@ -176,7 +179,7 @@ SnapshotData::~SnapshotData() {
 }
 
 void save_world(const WorldData& data, SnapshotData& snapshot, bool remember) {
-  snapshot.is_full = false;
+  snapshot.is_full = snapshot.is_part = false;
   snapshot.handle_tag = data.handle_tags.given;
   data.save_values(snapshot.world);
   try {
@@ -223,7 +226,8 @@ void restore(World& world, const Snapshot& snapshot) {
   const FpEnvironment environment;
   data.forget(ColumnKind::state);
   if (from.handle_tag != 0) data.handle_tags.given = from.handle_tag;
-  load_sheets(sheets, data);
+  load_sheets(sheets, data, from.is_part);
+  if (from.is_part) find_absent_bodies(data.bodies);
   data.load_values(from.world);
   data.stats.step = data.step_count;
   derive_slots(data.hulls);

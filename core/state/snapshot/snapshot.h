@@ -21,6 +21,7 @@ using SavedWorld = WorldData::Values;
 
 struct SnapshotData {
   bool is_full = false;          // holds a world
+  bool is_part = false;          // of which bodies may be absent: see absent_rows.h. No user gets it
   std::uint64_t id = 0;          // another one for each content, in this process
   std::uint32_t handle_tag = 0;  // of the world that was saved; 0: of none, read from bytes
   SavedWorld world;

@@ -125,6 +125,13 @@ void read_columns(ByteReader& reader, SnapshotData& snapshot) {
   finish_pages(snapshot);
 }
 
+void check_saved(const SnapshotData& snapshot) {
+  const FpEnvironment environment;
+  PackedColumns packed;
+  pack_columns(snapshot.pages->sheets, packed.bytes);
+  check_columns(packed, snapshot, 0);
+}
+
 std::uint64_t hash_of_state(const SavedWorld& world, const Column<std::byte>& columns) {
   ByteWriter writer;
   write_world(world, writer);
@@ -167,7 +174,9 @@ void detail::write_snapshot(const Snapshot& snapshot, const TakeBytes take, void
   take(context, columns, begin.size() + columns.size());
 }
 
-Snapshot read_snapshot(std::span<const std::byte> bytes) {
+namespace {
+
+Snapshot read_snapshot(std::span<const std::byte> bytes, bool is_part) {
   check_byte_order("read_snapshot");
   const FpEnvironment environment;
   ByteReader reader(bytes);
@@ -175,6 +184,7 @@ Snapshot read_snapshot(std::span<const std::byte> bytes) {
   Snapshot snapshot;
   SnapshotAccess::data(snapshot) = std::make_unique<SnapshotData>();
   SnapshotData& data = *SnapshotAccess::data(snapshot);
+  data.is_part = is_part;
   read_world(reader, data.world);
   data.hulls = read_hulls(reader);
   data.meshes = read_meshes(reader);
@@ -182,5 +192,10 @@ Snapshot read_snapshot(std::span<const std::byte> bytes) {
   data.is_full = true;
   return snapshot;
 }
+
+}  // namespace
+
+Snapshot read_snapshot(std::span<const std::byte> bytes) { return read_snapshot(bytes, false); }
+Snapshot read_part_snapshot(std::span<const std::byte> bytes) { return read_snapshot(bytes, true); }
 
 }  // namespace scree

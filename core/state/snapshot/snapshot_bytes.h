@@ -91,11 +91,16 @@ class ByteReader {
 };
 
 // The parts of the byte form: what is in no column, and the columns. The reader checks them; the columns end
-// with its bytes, and the snapshot's hulls must be there already.
+// with its bytes, and the snapshot's hulls and is_part must be there already.
 void write_world(const SavedWorld& world, ByteWriter& writer);
 void read_world(ByteReader& reader, SavedWorld& world);
 void write_columns(const Column<std::byte>& columns, ByteWriter& writer);
 void read_columns(ByteReader& reader, SnapshotData& snapshot);
+// As read_snapshot, of a part of a world: SnapshotData::is_part.
+Snapshot read_part_snapshot(std::span<const std::byte> bytes);
+// Checks what was saved as if it had been read: throws RefusedBytes, with offsets from where the columns
+// begin.
+void check_saved(const SnapshotData& snapshot);
 
 // Equal for equal states: xxHash64 of the two parts. With the columns at hand they need not be packed.
 std::uint64_t hash_of_state(const SavedWorld& world, const Column<std::byte>& columns);

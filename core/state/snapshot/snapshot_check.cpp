@@ -20,6 +20,7 @@
 #include <core/geometry/mesh/mesh_build.h>
 #include <core/geometry/mesh/mesh_store.h>
 #include <core/plain/rows.h>
+#include <core/state/snapshot/absent_rows.h>
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <core/state/snapshot/snapshot_check.h>
 #include <core/state/snapshot/snapshot_columns.h>
@@ -39,12 +40,6 @@
 namespace scree {
 
 namespace {
-
-template <class Row>
-bool is_zero_row(const Row& row) {
-  const Row zero{};
-  return std::memcmp(&row, &zero, sizeof(Row)) == 0;
-}
 
 bool within(float x, float low, float high) { return x >= low && x <= high; }
 
@@ -68,6 +63,8 @@ void check_living_body(const Bodies& bodies, std::size_t row, const Refusal& ref
           "only dynamic bodies sleep");
   require(quarantined == 0 || bodies.type[row] == BodyType::fixed, "flags",
           "quarantined bodies take part as fixed");
+  if (bodies.is_absent[row] != 0)
+    return require((bodies.flags[row] & kBodyAsleep) == 0, "flags", "bodies that are absent do not sleep");
   require(quarantined != kBodyQuarantined, "flags", "a quarantined body was given one type only");
   const MotionRow& motion = bodies.motion[row];
   const auto locks = static_cast<std::uint32_t>(bodies.locks[row]);
@@ -184,6 +181,8 @@ void check_living_shape(const WorldData& data, std::size_t row, const Refusal& r
               (given_type(data.bodies, shapes.body[row]) != BodyType::dynamic &&
                (shapes.flags[row] & kShapeSensor) == 0),
           "type", "belongs to a dynamic body, or to a sensor");
+  if (is_absent(data.bodies, shapes.body[row]))
+    return require(shapes.tree[row] == TreeKind::none, "tree", "is another than its body's");
   require(is_extent(data, row), "extent", "is not that of such a shape");
   const Pose& given = shapes.given_pose[row];
   const auto near = [](float x) { return within(x, -kMaxLocalPosition, kMaxLocalPosition); };
@@ -258,11 +257,11 @@ void check_slots(const Store& store, const Column<std::int32_t>& of_shapes, cons
 void check_cores(WorldData& data, const Refusal& refusal) {
   data.shapes.local_pose.resize(data.shapes.flags.size());
   for (std::size_t row = 0; row < data.shapes.flags.size(); ++row) {
-    if ((data.shapes.flags[row] & kShapeAlive) != 0)
+    if ((data.shapes.flags[row] & kShapeAlive) != 0 && !is_absent_row(data, SheetId::shapes, row))
       place_shape_in_body(data, static_cast<std::int32_t>(row));
   }
   for (std::size_t row = 0; row < data.bodies.flags.size(); ++row) {
-    if ((data.bodies.flags[row] & kBodyAlive) == 0) continue;
+    if ((data.bodies.flags[row] & kBodyAlive) == 0 || data.bodies.is_absent[row] != 0) continue;
     const CoreRow saved = data.bodies.core[row];
     measure_core(data, static_cast<std::int32_t>(row));
     const bool same = std::memcmp(&saved, &data.bodies.core[row], sizeof saved) == 0;
@@ -430,8 +429,10 @@ SavedColumns check_columns(PackedColumns& packed, const SnapshotData& snapshot, 
   load_columns(packed, saved, data);
   data.hulls.shared = snapshot.hulls;
   data.meshes.shared = snapshot.meshes;
+  data.bodies.is_absent.resize(data.bodies.flags.size());
+  if (snapshot.is_part) find_absent_bodies(data.bodies);
   check_reserved_bodies(data.bodies, refusal);
-  check_rules(data, refusal);
+  check_rules(data, snapshot.is_part, refusal);
   check_bodies(data.bodies, refusal);
   check_shapes(data, refusal);
   check_slots(data.hulls, data.shapes.hull, "hulls", refusal);

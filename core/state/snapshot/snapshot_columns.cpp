@@ -103,6 +103,7 @@ void put_contact_blocks(const Sheet& sheet, SheetPlace place, std::size_t contac
 
 // --- unpacking ---
 
+// Into rows that are zero, of which those that stay so take no memory in new pages.
 template <class Row>
 void take_blocks(const std::byte* from, std::size_t rows, Column<Row>& column) {
   const std::byte* flags = from;
@@ -112,9 +113,11 @@ void take_blocks(const std::byte* from, std::size_t rows, Column<Row>& column) {
     Row* const block = column.data() + first;
     const bool equal = *flags++ != std::byte{0};
     const std::size_t bytes = (equal ? 1 : count) * sizeof(Row);
-    std::memcpy(static_cast<void*>(block), from, bytes);
+    const bool is_zero =
+        equal && std::all_of(from, from + sizeof(Row), [](std::byte b) { return b == std::byte{0}; });
+    if (!is_zero) std::memcpy(static_cast<void*>(block), from, bytes);
     from += bytes;
-    if (equal) std::fill(block + 1, block + count, block[0]);
+    if (equal && !is_zero) std::fill(block + 1, block + count, block[0]);
   }
 }
 
@@ -349,7 +352,8 @@ void load_columns(const PackedColumns& packed, const SavedColumns& saved, WorldD
       column.resize_for_overwrite(from->rows);
       if (from->rows > 0) std::memcpy(static_cast<void*>(column.data()), bytes, from->bytes);
     } else if (from->form == ColumnForm::blocks) {
-      column.resize_for_overwrite(from->rows);
+      column.clear();
+      column.resize(from->rows);
       take_blocks(bytes, from->rows, column);
     }
     ++from;

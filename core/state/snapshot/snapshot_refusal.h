@@ -126,7 +126,7 @@ void check_free_slots(const Store& store, std::size_t first, const char* name, c
 // have none. The values of a snapshot throw Error, which names the call.
 void check_counts(const PackedColumns& packed, std::size_t hulls, std::size_t meshes,
                   const SavedColumns& saved, const Refusal& refusal);
-void check_rules(const WorldData& data, const Refusal& refusal);
+void check_rules(const WorldData& data, bool is_part, const Refusal& refusal);
 void check_values(const Call& call, const SavedWorld& world);
 
 // Checks the joints, whose bodies have been checked.

@@ -1,5 +1,6 @@
 // Checks columns from outside by the rules of the state table. What else a world takes for granted of them is
 // checked in snapshot_check.cpp, which counts on these rules.
+#include <core/state/snapshot/absent_rows.h>
 #include <core/state/snapshot/saved_columns.h>
 #include <core/state/snapshot/snapshot_refusal.h>
 #include <core/world/check.h>
@@ -36,10 +37,12 @@ bool has_right_count(const Member& member, const SavedColumn& column, const Rows
 
 // What the rules of rows look at.
 struct Stores {
+  const WorldData& data;
+  bool is_part;
   RowsOfSheets rows{};
   std::array<const std::uint8_t*, kSheetCount> flags{};  // of stores of what lives
 
-  explicit Stores(const WorldData& data) {
+  Stores(const WorldData& of, bool is_of_part) : data(of), is_part(is_of_part) {
     for_each_column_member(data, [this](const Member& member, const auto& column) {
       if (member.form != MemberForm::rows || member.rows == SheetId::none) return;
       const auto sheet = static_cast<std::size_t>(member.rows);
@@ -119,12 +122,18 @@ void check_rows(const Member& member, const Column<Row>& column, const Stores& s
   const ValueRule& rule = member.is.rule;
   const DeadRule& dead = member.is.dead;
   const std::uint8_t* const flags = stores.flags_of(member);
+  const bool may_be_absent = stores.is_part && is_of_present(member);
   const auto check = [&](const char* problem, auto&& fits) {
     for (std::size_t row = 0; row < column.size(); ++row) {
+      if (may_be_absent && is_absent_row(stores.data, member.rows, row)) continue;
       const bool alive = flags == nullptr || (flags[row] & 1u) != 0;
       refusal.require(fits(column[row], alive), member.store, member.name, row, problem);
     }
   };
+  for (std::size_t row = 0; may_be_absent && row < column.size(); ++row) {
+    refusal.require(!is_absent_row(stores.data, member.rows, row) || is_zero_row(column[row]), member.store,
+                    member.name, row, "is of a body that is absent, and not zero");
+  }
   if (rule.what != ValueRule::What::any) {
     with_rule<Row>(rule, stores, [&](auto&& fits) { check(rule.problem, fits); });
   }
@@ -152,8 +161,8 @@ void check_counts(const PackedColumns& packed, std::size_t hulls, std::size_t me
   });
 }
 
-void check_rules(const WorldData& data, const Refusal& refusal) {
-  Stores stores(data);
+void check_rules(const WorldData& data, bool is_part, const Refusal& refusal) {
+  Stores stores(data, is_part);
   stores.rows[static_cast<std::size_t>(SheetId::hulls)] = data.hulls.shared.size();
   stores.rows[static_cast<std::size_t>(SheetId::meshes)] = data.meshes.shared.size();
   for_each_column_member(data, [&](const Member& member, const auto& column) {

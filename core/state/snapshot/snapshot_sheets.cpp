@@ -178,8 +178,12 @@ void put_present_rows(const std::byte* from, bool is_equal, std::size_t row_byte
   }
 }
 
+bool is_zero(const std::byte* row, std::size_t bytes) {
+  return std::all_of(row, row + bytes, [](std::byte b) { return b == std::byte{0}; });
+}
+
 void load_page(const SavedPage& page, std::span<const std::uint16_t> row_bytes, std::size_t row,
-               std::span<std::byte* const> columns) {
+               std::span<std::byte* const> columns, bool are_zero) {
   const PageContent& content = page.content;
   const auto count = static_cast<std::size_t>(std::popcount(content.present));
   if (count == 0) return;
@@ -189,7 +193,9 @@ void load_page(const SavedPage& page, std::span<const std::uint16_t> row_bytes, 
     const std::size_t size = row_bytes[i];
     const bool is_equal = (content.equal >> i & 1u) != 0;
     std::byte* to = columns[i] + row * size;
-    if (is_run) {
+    if (are_zero && is_equal && is_zero(from, size)) {
+      // as they are
+    } else if (is_run) {
       put_rows(from, is_equal, size, count, to);
     } else {
       put_present_rows(from, is_equal, size, content.present, to);
@@ -309,13 +315,13 @@ void reserve_columns(const Sheets& sheets, WorldData& data) {
   });
 }
 
-void load_sheets(const Sheets& sheets, WorldData& data) {
+void load_sheets(const Sheets& sheets, WorldData& data, bool may_be_zero) {
   const SheetTable& table = sheet_table();
   std::array<std::array<std::byte*, kMostSheetColumns>, kSheetCount> columns;
   std::size_t number = 0;
   for_each_saved_column(data, [&](const Member&, auto& column) {
     const SheetPlace place = table.place[number++];
-    if (is_of_contacts(place.sheet)) {
+    if (may_be_zero || is_of_contacts(place.sheet)) {
       column.resize(sheets[place.sheet].rows);  // free rows have no chance bytes
     } else {
       column.resize_for_overwrite(sheets[place.sheet].rows);
@@ -329,7 +335,7 @@ void load_sheets(const Sheets& sheets, WorldData& data) {
     const Sheet& sheet = sheets.sheet[i];
     const std::span<const std::uint16_t> row_bytes = columns_of(static_cast<SheetId>(i));
     for (std::size_t page = 0; page < pages_of(sheet.rows); ++page) {
-      load_page(*sheet.page(page), row_bytes, page * kPageRows, columns[i]);
+      load_page(*sheet.page(page), row_bytes, page * kPageRows, columns[i], may_be_zero);
     }
   }
   for_each_column_member(data, [&sheets](const Member& member, auto& column) {

@@ -56,8 +56,8 @@ void save_sheets(WorldData& data, SnapshotData& snapshot, bool remember);
 // Makes sure that load_sheets and later calls that count on room in lists cannot fail.
 void reserve_columns(const Sheets& sheets, WorldData& data);
 // Fills the state columns. Derived and scratch columns of stores get as many rows; what is in them is not
-// made.
-void load_sheets(const Sheets& sheets, WorldData& data);
+// made. Rows that all are zero are not written to where `may_be_zero`: in new pages, they take no memory.
+void load_sheets(const Sheets& sheets, WorldData& data, bool may_be_zero);
 // The world is what the snapshot has, and is marked as saved to it.
 void remember_saved(WorldData& data, const SnapshotData& snapshot) noexcept;
 

@@ -124,14 +124,25 @@ class SCREE_API DistributedWorld {
   const Recorder* recorder() const noexcept;
 
  private:
+  friend SCREE_API DistributedWorld read_checkpoint(const std::string& file, Transport& transport,
+                                                    Workers& workers, const DistributedOptions& options);
+  DistributedWorld(const std::string& file, Transport& transport, Workers& workers,
+                   const DistributedOptions& options);
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
 /// The world that DistributedWorld::checkpoint or write_checkpoint has written, whatever number of ranks
-/// wrote it. It goes on with the same bits, alone or, read by each rank, in a DistributedWorld of any number
-/// of ranks. Throws Error, which names the file and what is wrong with it, for what cannot be read, is no
-/// checkpoint, was changed or cut off, or was written by another version.
+/// wrote it. No rank needs room for more than its share, and what all ranks have; where write_checkpoint has
+/// written it, each rank reads all. It goes on with the same bits. `transport` must outlive it. All ranks
+/// call it together, with the same file and options. Throws the same Error on all ranks: as the other one, as
+/// the constructor of DistributedWorld, and where ranks read files of different content.
+SCREE_API DistributedWorld read_checkpoint(const std::string& file, Transport& transport, Workers& workers,
+                                           const DistributedOptions& options = {});
+
+/// The whole world that DistributedWorld::checkpoint or write_checkpoint has written, whatever number of
+/// ranks wrote it. It goes on with the same bits. Throws Error, which names the file and what is wrong with
+/// it, for what cannot be read, is no checkpoint, was changed or cut off, or was written by another version.
 SCREE_API World read_checkpoint(const std::string& file);
 
 /// As DistributedWorld::checkpoint, by a single process. Throws Error as that one, and for a world that was

@@ -125,7 +125,7 @@ TEST(StateTable, RestoresEverythingThatSnapshotsHold) {
     WorldData loaded;
     const Sheets& sheets = SnapshotAccess::data(snapshot)->pages->sheets;
     reserve_columns(sheets, loaded);
-    load_sheets(sheets, loaded);
+    load_sheets(sheets, loaded, false);
     const std::string name = name_of(column.member);
     for (const ColumnBytes& again : columns_of(loaded)) {
       if (name_of(again.member) != name) continue;

@@ -1,5 +1,7 @@
 // Laws of checkpoints: whoever reads one goes on with the same bits; damage is refused.
 #include <core/state/recording_format/recording_chunks.h>
+#include <core/state/snapshot/snapshot_bytes.h>
+#include <core/world/world_data.h>
 #include <gtest/gtest.h>
 #include <parallel/recording/rows_in_order.h>
 #include <scree/distributed_world.h>
@@ -15,7 +17,9 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
+#include <numeric>
 #include <span>
 #include <string>
 #include <vector>
@@ -87,6 +91,19 @@ void write_on_ranks(const std::string& file, int ranks, int steps) {
   EXPECT_EQ(all_of(errors), "");
 }
 
+// Each of so many ranks reads its share.
+void expect_future(const std::string& file, int ranks, const std::vector<std::uint64_t>& future) {
+  const auto errors = run_ranks(ranks, [&](int, Transport& transport) {
+    Workers workers(1);
+    DistributedWorld world = read_checkpoint(file, transport, workers);
+    for (std::size_t i = 0; i < future.size(); ++i) {
+      world.step(kStep, workers);
+      ASSERT_EQ(world.hash(), future[i]) << ranks << " ranks, step " << i;
+    }
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
 TEST(Checkpoint, AnyNumberOfRanksGoesOnWithTheSameBits) {
   const TemporaryFile file("checkpoint_any");
   constexpr int kMore = 60;
@@ -101,15 +118,7 @@ TEST(Checkpoint, AnyNumberOfRanksGoesOnWithTheSameBits) {
       EXPECT_EQ(first_difference_but_for_order(as_written, alone), "") << ranks << " ranks";
       EXPECT_EQ(hashes_of_steps(alone, kMore), future) << "1 process after " << ranks << " ranks";
     }
-    const auto errors = run_ranks(3, [&](int, Transport& transport) {
-      DistributedWorld world(read_checkpoint(file.name), transport);
-      Workers workers(1);
-      for (int i = 0; i < kMore; ++i) {
-        world.step(kStep, workers);
-        ASSERT_EQ(world.hash(), future[static_cast<std::size_t>(i)]) << "3 ranks after 4, step " << i;
-      }
-    });
-    EXPECT_EQ(all_of(errors), "");
+    for (const int ranks : {1, 2, 3, 4, 7}) expect_future(file.name, ranks, future);
   }
 }
 
@@ -121,6 +130,66 @@ TEST(Checkpoint, ASingleProcessWritesTheSameKind) {
   World read = read_checkpoint(file.name);
   EXPECT_EQ(first_difference(world, read), "");
   EXPECT_FALSE(std::filesystem::exists(file.name + ".draft"));
+  expect_future(file.name, 3, hashes_of_steps(world, 30));
+}
+
+// A rank has no rows of bodies that were in parts which others read.
+TEST(Checkpoint, EachRankReadsItsShareAlone) {
+  const TemporaryFile file("checkpoint_share");
+  constexpr int kWriters = 4, kReaders = 5, kBodies = 70 + 12;
+  write_on_ranks(file.name, kWriters, 30);
+  std::vector<int> own(kReaders), here(kReaders);
+  const auto errors = run_ranks(kReaders, [&](int rank, Transport& transport) {
+    Workers workers(1);
+    const DistributedWorld world = read_checkpoint(file.name, transport, workers);
+    const WorldData& data = internals(world.world(), "test");
+    for (std::size_t row = kFirstBody; row < data.bodies.flags.size(); ++row) {
+      const auto body = static_cast<std::int32_t>(row);
+      if (data.bodies.type[row] != BodyType::dynamic) continue;
+      const bool is_own = world.owns(world.world().body_at(static_cast<std::uint32_t>(row)));
+      own[static_cast<std::size_t>(rank)] += is_own ? 1 : 0;
+      here[static_cast<std::size_t>(rank)] += is_absent(data.bodies, body) ? 0 : 1;
+      EXPECT_FALSE(is_own && is_absent(data.bodies, body)) << row;
+    }
+  });
+  EXPECT_EQ(all_of(errors), "");
+  EXPECT_EQ(std::accumulate(own.begin(), own.end(), 0), kBodies);
+  // What it has read and given to another is there until the next step.
+  for (const int of_rank : here) EXPECT_LE(of_rank, 2 * (kBodies / kWriters + 1));
+}
+
+// Bodies and joints that have gone leave slots that ranks must agree on; calls made before the checkpoint
+// wait for the next step.
+TEST(Checkpoint, HoldsWhatCallsHaveLeft) {
+  const TemporaryFile file("checkpoint_calls");
+  const auto make_calls = [](World& world, int round) {
+    const auto body = [&](std::uint32_t place) { return world.body_at(kFirstBody + place); };
+    const auto shift = static_cast<std::uint32_t>(10 * round);
+    world.destroy_body(body(5 + shift));
+    world.set_body_type(body(6 + shift), BodyType::kinematic);
+    world.set_linear_velocity(body(7 + shift), {0.3f, 2.0f, 0.1f});
+    const BodyId added = world.create_body({.position = {0.1f, 7.0f, static_cast<float>(round)}});
+    world.add_shape(added, Sphere{0.3f});
+  };
+  World expected = make_mixture();
+  hashes_of_steps(expected, 25);
+  make_calls(expected, 0);
+  hashes_of_steps(expected, 5);
+  make_calls(expected, 1);
+  const auto errors = run_ranks(3, [&](int, Transport& transport) {
+    DistributedWorld world(make_mixture(), transport);
+    Workers workers(1);
+    for (int i = 0; i < 25; ++i) world.step(kStep, workers);
+    make_calls(world.world(), 0);
+    for (int i = 0; i < 5; ++i) world.step(kStep, workers);
+    make_calls(world.world(), 1);
+    world.checkpoint(file.name, workers);
+  });
+  EXPECT_EQ(all_of(errors), "");
+  World alone = read_checkpoint(file.name);
+  const std::vector<std::uint64_t> future = hashes_of_steps(expected, 40);
+  EXPECT_EQ(hashes_of_steps(alone, 40), future);
+  for (const int ranks : {2, 3}) expect_future(file.name, ranks, future);
 }
 
 std::string refusal(const TemporaryFile& file) {
@@ -159,50 +228,70 @@ TEST(CheckpointDamage, IsRefusedWithTheReason) {
   }
 }
 
-// Writes the checksums anew, as somebody would who wants the damage to be read.
-void seal(std::string& bytes) {
-  constexpr std::size_t kTable = 32;
-  const auto number_at = [&](std::size_t at) {
-    std::uint64_t number = 0;
-    std::memcpy(&number, bytes.data() + at, sizeof number);
-    return number;
-  };
-  const auto hash_at = [&](std::size_t begin, std::size_t count, std::size_t to) {
-    const std::uint64_t hash = hash_of_bytes(std::as_bytes(std::span(bytes.data() + begin, count)));
-    std::memcpy(bytes.data() + to, &hash, sizeof hash);
-  };
-  const auto ranks = static_cast<std::size_t>(number_at(24));
-  const std::size_t table_end = kTable + 16 * ranks;
-  std::size_t begin = table_end + 8;
-  for (std::size_t rank = 0; rank < ranks; ++rank) {
-    const auto count = static_cast<std::size_t>(number_at(kTable + 16 * rank));
-    hash_at(begin, count, kTable + 16 * rank + 8);
-    begin += count;
+// A file taken apart, and put together again with checksums that fit, as by somebody who wants the damage to
+// be read.
+struct TakenApart {
+  static constexpr std::size_t kTable = 32;
+  explicit TakenApart(const std::string& bytes) : head(bytes.substr(0, kTable)) {
+    const auto number_at = [&](std::size_t at) {
+      std::uint64_t number = 0;
+      std::memcpy(&number, bytes.data() + at, sizeof number);
+      return static_cast<std::size_t>(number);
+    };
+    const std::size_t count = number_at(24);
+    std::size_t begin = kTable + 16 * count + 8;
+    for (std::size_t part = 0; part < count; ++part) {
+      parts.push_back(bytes.substr(begin, number_at(kTable + 16 * part)));
+      begin += parts.back().size();
+    }
   }
-  hash_at(0, table_end, table_end);
+  std::string put_together() const {
+    const auto hash = [](const std::string& of) { return hash_of_bytes(std::as_bytes(std::span(of))); };
+    std::string bytes = head;
+    const auto put = [&](std::uint64_t number) {
+      bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+    };
+    for (const std::string& part : parts) {
+      put(part.size());
+      put(hash(part));
+    }
+    put(hash(bytes));
+    for (const std::string& part : parts) bytes += part;
+    return bytes;
+  }
+  std::string head;
+  std::vector<std::string> parts;  // what all have in common, owners, messages by rank
+};
+
+// What each of two ranks says that reads its share, and goes on for some steps.
+std::vector<std::string> read_on_ranks(const std::string& file) {
+  return run_ranks(2, [&](int, Transport& transport) {
+    Workers workers(1);
+    DistributedWorld world = read_checkpoint(file, transport, workers);
+    for (int i = 0; i < 2; ++i) world.step(kStep, workers);
+  });
 }
 
-// What other ranks have sent is checked, too: it is refused, or is some world.
+// Also the parts that no checksum holds for are checked: they are refused, or are some world.
 TEST(CheckpointDamage, WithChecksumsThatFitNeverCorruptsAWorld) {
   const TemporaryFile file("checkpoint_sealed");
   write_on_ranks(file.name, 3, 45);
-  const std::string whole = file.read();
-  const std::size_t head = 32 + 3 * 16 + 8;
-  std::uint64_t first_part = 0;
-  std::memcpy(&first_part, whole.data() + 32, sizeof first_part);
-  const std::size_t begin = head + static_cast<std::size_t>(first_part);  // of the messages of ranks 1 and 2
+  const TakenApart whole(file.read());
+  ASSERT_EQ(whole.parts.size(), 5u);
+  EXPECT_EQ(whole.put_together(), file.read());
   physics::Random random(11);
   int refused = 0;
-  constexpr int kTries = 150;
+  constexpr int kTries = 300;
   for (int i = 0; i < kTries; ++i) {
-    std::string changed = whole;
-    const auto left = static_cast<float>(whole.size() - begin) - 8.5f;
-    const std::size_t place = begin + static_cast<std::size_t>(random.uniform(0, left));
+    TakenApart changed = whole;
+    std::string& part = changed.parts[static_cast<std::size_t>(i % 5)];
+    const auto left = static_cast<float>(part.size()) - 8.5f;
+    const std::size_t place = static_cast<std::size_t>(random.uniform(0, left));
     const std::uint32_t values[] = {0u, 1u, 0xffffffffu, 0x7fffffffu, 0x7fc00000u, 1u << (i % 32)};
     const std::uint32_t value = values[i % 6];
-    std::memcpy(changed.data() + (i % 2 == 0 ? place / 4 * 4 : place), &value, sizeof value);
-    seal(changed);
-    file.write(changed);
+    std::memcpy(part.data() + (i % 2 == 0 ? place / 4 * 4 : place), &value, sizeof value);
+    if (i % 5 == 0) seal_snapshot(std::as_writable_bytes(std::span(part)));
+    file.write(changed.put_together());
     try {
       World world = read_checkpoint(file.name);
       hashes_of_steps(world, 2);
@@ -210,9 +299,89 @@ TEST(CheckpointDamage, WithChecksumsThatFitNeverCorruptsAWorld) {
       EXPECT_NE(std::string(error.what()).find(file.name), std::string::npos) << error.what();
       ++refused;
     }
+    const std::vector<std::string> told = read_on_ranks(file.name);
+    EXPECT_EQ(told[0].empty(), told[1].empty()) << told[0] << told[1];
+    if (!told[0].empty()) {
+      EXPECT_NE(told[0].find(file.name), std::string::npos) << told[0];
+    }
   }
   EXPECT_GT(refused, 0);
   EXPECT_LT(refused, kTries);
+}
+
+std::string numbers(std::initializer_list<std::uint64_t> all) {
+  std::string bytes;
+  for (const std::uint64_t one : all) bytes.append(reinterpret_cast<const char*>(&one), sizeof one);
+  return bytes;
+}
+
+TEST(CheckpointDamage, OfWhoHasABodyIsRefused) {
+  const TemporaryFile file("checkpoint_owners");
+  write_on_ranks(file.name, 3, 20);
+  const TakenApart whole(file.read());
+  const auto expect_refused = [&](const TakenApart& changed, const std::string& reason) {
+    file.write(changed.put_together());
+    const std::string told = refusal(file);
+    EXPECT_NE(told.find(reason), std::string::npos) << told;
+    EXPECT_NE(told.find(file.name), std::string::npos) << told;
+    const std::vector<std::string> by_rank = read_on_ranks(file.name);
+    EXPECT_EQ(by_rank[0], by_rank[1]);
+    EXPECT_NE(by_rank[0].find(file.name), std::string::npos) << by_rank[0];
+  };
+  TakenApart changed = whole;
+  std::string& nothing = changed.parts[3];  // nine messages; the second one has a byte
+  nothing = numbers({0, 1}) + std::string(1, '\0') + numbers({0, 0, 0, 0, 0, 0, 0});
+  expect_refused(changed, "no rank has sent body ");
+  changed = whole;
+  changed.parts[4] = changed.parts[3];
+  expect_refused(changed, "rank 2 has sent what does not fit");
+}
+
+// Reads bytes as the shares of ranks are read.
+TEST(CheckpointDamage, OfOwnersIsRefused) {
+  const TemporaryFile file("checkpoint_owner_table");
+  write_on_ranks(file.name, 3, 20);
+  const TakenApart whole(file.read());
+  const auto expect_refused = [&](const std::string& owners, const std::string& reason) {
+    TakenApart changed = whole;
+    changed.parts[1] = owners;
+    file.write(changed.put_together());
+    for (const std::string& told : read_on_ranks(file.name)) {
+      EXPECT_NE(told.find(reason), std::string::npos) << told;
+      EXPECT_NE(told.find(file.name), std::string::npos) << told;
+    }
+  };
+  const std::string owners = whole.parts[1];
+  expect_refused(owners.substr(4), "the owners are not as many as the bodies");
+  std::int32_t first = 0;
+  std::memcpy(&first, owners.data(), sizeof first);
+  EXPECT_EQ(first, -1) << "the first row is the world's own";
+  const std::size_t last = owners.size() - sizeof first;  // a link of the chain
+  for (const std::int32_t wrong : {3, -1, -2, 0x7fffffff}) {
+    std::string changed = owners;
+    std::memcpy(changed.data() + last, &wrong, sizeof wrong);
+    expect_refused(changed, "is rank " + std::to_string(wrong) + " of 3");
+  }
+  const std::int32_t other = owners[last] == 2 ? 0 : 2;  // which another reader has
+  std::string changed = owners;
+  std::memcpy(changed.data() + last, &other, sizeof other);
+  expect_refused(changed, "no rank has sent body ");
+}
+
+TEST(CheckpointDamage, OfOneRankIsToldByAll) {
+  const TemporaryFile file("checkpoint_one"), other("checkpoint_other");
+  write_on_ranks(file.name, 3, 20);
+  write_on_ranks(other.name, 3, 21);
+  const auto read_each = [&](const std::string& last) {
+    return run_ranks(3, [&](int rank, Transport& transport) {
+      Workers workers(1);
+      const DistributedWorld world = read_checkpoint(rank == 2 ? last : file.name, transport, workers);
+    });
+  };
+  for (const std::string& told : read_each("/no/such/file"))
+    EXPECT_EQ(told, "rank 2: read_checkpoint: /no/such/file: cannot be opened");
+  for (const std::string& told : read_each(other.name))
+    EXPECT_EQ(told, "DistributedWorld: the checkpoint of rank 2 is not that of rank 0");
 }
 
 TEST(CheckpointDamage, NoRankGoesOnWhereTheFileCannotBeWritten) {

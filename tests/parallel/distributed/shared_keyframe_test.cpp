@@ -77,9 +77,9 @@ TEST(SharedKeyframe, HasAPartOfEachRank) {
     if (parts.chunks[i].head.kind != ChunkKind::keyframe) continue;
     ++keyframes;
     std::uint64_t bytes = 0;
-    for (std::size_t rank = 1; rank < kRanks; ++rank) {
-      ASSERT_LT(i + rank, parts.chunks.size());
-      const TakenApart::Chunk& part = parts.chunks[i + rank];
+    for (std::size_t rank = 0; rank < kRanks; ++rank) {
+      ASSERT_LT(i + 1 + rank, parts.chunks.size());
+      const TakenApart::Chunk& part = parts.chunks[i + 1 + rank];
       EXPECT_EQ(part.head.kind, ChunkKind::part);
       EXPECT_EQ(part.head.step, parts.chunks[i].head.step);
       EXPECT_EQ(part.head.count, std::uint64_t{kRanks});
@@ -245,7 +245,7 @@ TEST(SharedKeyframe, HasTheSameBytesEachTime) {
 TEST(SharedKeyframe, IsNoneWithoutItsParts) {
   TakenApart parts(record_on_ranks());
   TakenApart::Chunk* const first = parts.find(ChunkKind::part);
-  for (TakenApart::Chunk* chunk : {first, first + 1}) {  // of a kind that readers may skip
+  for (TakenApart::Chunk* chunk : {first, first + 1, first + 2}) {  // of a kind that readers may skip
     chunk->head.kind = static_cast<ChunkKind>(77);
     chunk->head.flags |= kChunkMayBeSkipped;
   }

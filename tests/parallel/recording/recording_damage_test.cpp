@@ -77,9 +77,9 @@ TEST(RecordingDamage, OfAnyBitIsRefusedWithItsPlace) {
   wrong[0] = {};
   EXPECT_EQ(error_of_playing(wrong, workers), "Player: byte 0: this is no recording");
   wrong = bytes;
-  wrong[8] = std::byte{11};
+  wrong[8] = std::byte{12};
   EXPECT_EQ(error_of_playing(wrong, workers),
-            "Player: byte 8: the recording has version 11, this is version 10");
+            "Player: byte 8: the recording has version 12, this is version 11");
   wrong = bytes;
   wrong.push_back({});
   EXPECT_NE(error_of_playing(wrong, workers), "") << "something follows the end";
