@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <tools/command/options.h>
 #include <tools/command/progress.h>
+#include <tools/command/resume.h>
 #include <tools/command/run.h>
 #include <tools/scenes/digest.h>
 #include <tools/scenes/scene_file.h>
@@ -231,18 +232,14 @@ std::uint64_t available_memory() {
 // rows of a body, and at rest a body has some three contacts of 0.7 KB. Of a body of others a process has 70
 // bytes, and a joint is everywhere.
 std::uint64_t memory_of_each(const scenes::Scene& scene, const Team& team, const RunOptions& options) {
-  constexpr std::uint64_t kBytesPerBody = 3100, kBytesPerRow = 1000, kBytesPerAbsentBody = 100,
-                          kBytesPerJoint = 600;
-  const auto processes = static_cast<std::uint64_t>(team.processes_here());
+  constexpr std::uint64_t kBytesPerBody = 3100, kBytesPerAbsentBody = 100, kBytesPerJoint = 600;
   const auto ranks = static_cast<std::uint64_t>(team.processes());
   const std::uint64_t bodies = scene.bodies.size();
   const std::uint64_t part =
       bodies * (kBytesPerBody / ranks + kBytesPerAbsentBody) + scene.joints.size() * kBytesPerJoint;
-  // Who reads a checkpoint has the whole world three times, and one process has the rows of all bodies while
-  // it makes its part of a file.
-  const bool writes = !options.record.empty() || !options.checkpoint.empty();
-  if (!options.resume.empty()) return part + 3 * bodies * kBytesPerBody;
-  return part + (writes ? bodies * kBytesPerRow / processes : 0);
+  // Who reads or writes a file has its part of the world several times meanwhile.
+  const bool has_files = !options.record.empty() || !options.checkpoint.empty() || !options.resume.empty();
+  return has_files ? 3 * part : part;
 }
 
 // Each looks before any of them takes more.
@@ -302,46 +299,6 @@ std::vector<BodyId> populate_team(Team& team, const scenes::Scene& scene, const 
                                   Workers& workers) {
   team.take(World(scene.settings), options.latency.value_or(0.0));
   return scenes::populate(team.world(), scene, workers);
-}
-
-bool are_alike(const World& one, const World& other) {
-  if (one.poses().size() != other.poses().size()) return false;
-  for (std::uint32_t row = 0; row < one.poses().size(); ++row) {
-    const BodyId a = one.body_at(row), b = other.body_at(row);
-    if (a.generation != b.generation || one.is_alive(a) != other.is_alive(b)) return false;
-    if (!one.is_alive(a)) continue;
-    if (one.body_type(a) != other.body_type(b) || one.shapes_of(a, {}) != other.shapes_of(b, {}) ||
-        one.joints_of(a, {}) != other.joints_of(b, {}))
-      return false;
-  }
-  return true;
-}
-
-// Goes on from a checkpoint, by the settings of this run, and returns how many steps it has taken. Bodies
-// that have come and gone until then do so here, too, which takes no steps: the cast has their handles then.
-int resume(World& world, Cast& cast, const RunOptions& options, int steps) {
-  const auto refuse = [&](const std::string& reason) {
-    throw Error("--resume " + options.resume + ": " + reason);
-  };
-  const WorldSettings settings = world.settings();
-  Snapshot snapshot;
-  {
-    const World before = read_checkpoint(options.resume);
-    save(before, snapshot);
-    for (const scenes::SceneChange& change : cast.script.changes) {
-      if (static_cast<std::uint64_t>(change.step) < snapshot.step())
-        scenes::make_change(world, cast.script, change, cast.bodies);
-    }
-    if (!are_alike(before, world)) refuse("it is of another scene: its bodies, shapes or joints are others");
-  }
-  restore(world, snapshot);
-  world.set_settings(settings);
-  const std::uint64_t taken = snapshot.step();
-  if (std::cmp_greater_equal(taken, steps)) {
-    refuse("it has taken " + std::to_string(taken) + " steps, and --steps " + std::to_string(steps) +
-           " are all that were asked for");
-  }
-  return static_cast<int>(taken);
 }
 
 // A full disk ends the run, as where it is recorded.
@@ -485,10 +442,13 @@ RunFigures run(const RunOptions& options, Team* team) {
   std::vector<World> worlds;
   std::vector<Cast> casts;
   worlds.reserve(plan.worlds.size());
-  const bool is_shared = team != nullptr && options.resume.empty();  // from the beginning
+  std::optional<DistributedWorld> checkpoint;  // before the team has a world: all of it refuses a file alike
+  if (team != nullptr && !options.resume.empty())
+    checkpoint.emplace(team->read(options.resume, options.latency.value_or(0.0), workers));
   for (scenes::Scene& scene : plan.worlds) {
-    std::vector<BodyId> bodies = is_shared ? populate_team(*team, scene, options, workers)
-                                           : scenes::populate(worlds.emplace_back(scene.settings), scene);
+    std::vector<BodyId> bodies = team != nullptr
+                                     ? populate_team(*team, scene, options, workers)
+                                     : scenes::populate(worlds.emplace_back(scene.settings), scene);
     if (scene.drives.empty() && scene.changes.empty()) bodies = {};
     casts.push_back({scenes::script_of(scene), std::move(bodies)});
     for (const scenes::SceneBody& body : scene.bodies) {
@@ -497,9 +457,12 @@ RunFigures run(const RunOptions& options, Team* team) {
     figures.joints += static_cast<std::int64_t>(scene.joints.size());
     scene = {};  // avoids holding a million bodies twice
   }
-  if (!options.resume.empty()) plan.steps_taken = resume(worlds.front(), casts.front(), options, plan.steps);
+  if (!options.resume.empty()) {
+    auto& [script, bodies] = casts.front();
+    plan.steps_taken = checkpoint ? resume(*team, std::move(*checkpoint), script, bodies, options, plan.steps)
+                                  : resume(worlds.front(), script, bodies, options, plan.steps);
+  }
   plan.warmup = figures.warmup = std::min(plan.warmup, plan.steps - plan.steps_taken - 1);
-  if (team != nullptr && !is_shared) team->take(std::move(worlds.front()), options.latency.value_or(0.0));
   std::vector<World*> pointers;
   for (World& world : worlds) pointers.push_back(&world);
   if (team != nullptr) pointers = {&team->world().world()};

@@ -57,11 +57,14 @@ class MpiTeam final : public Team {
   void take(World world, double latency) override {
     meet();
     has_begun_ = true;
-    if (latency > 0.0)
-      delayed_.emplace(*transport_, std::chrono::nanoseconds(static_cast<std::int64_t>(1e3 * latency)));
-    world_.emplace(std::move(world), delayed_ ? static_cast<Transport&>(*delayed_) : *transport_);
+    world_.emplace(std::move(world), delayed_by(latency));
   }
   DistributedWorld& world() override { return *world_; }
+  DistributedWorld read(const std::string& checkpoint, double latency, Workers& workers) override {
+    meet();
+    return read_checkpoint(checkpoint, delayed_by(latency), workers);
+  }
+  void replace(DistributedWorld world) override { world_ = std::move(world); }
   std::int64_t add_up(std::int64_t own) override {
     transport_->add_up({&own, 1});
     return own;
@@ -93,6 +96,14 @@ class MpiTeam final : public Team {
   }
 
  private:
+  // us; the same in each call.
+  Transport& delayed_by(double latency) {
+    if (latency == 0.0) return *transport_;
+    if (!delayed_)
+      delayed_.emplace(*transport_, std::chrono::nanoseconds(static_cast<std::int64_t>(1e3 * latency)));
+    return *delayed_;
+  }
+
   std::optional<MpiTransport> transport_;
   std::optional<DelayedTransport> delayed_;
   std::optional<DistributedWorld> world_;

@@ -22,6 +22,9 @@ class Team {
   // The world becomes this process's part of it. `latency`: us, that each message takes longer than it would.
   virtual void take(World world, double latency) = 0;
   virtual DistributedWorld& world() = 0;
+  // A checkpoint as read_checkpoint() reads it; then what is in place of the world.
+  virtual DistributedWorld read(const std::string& checkpoint, double latency, Workers& workers) = 0;
+  virtual void replace(DistributedWorld world) = 0;
   virtual std::int64_t add_up(std::int64_t own) = 0;  // of all processes, which call it together
   // Before the world is taken: goes on when all processes have come here; throws Error where one has failed.
   virtual void meet() = 0;
