@@ -15,7 +15,10 @@
 
 #include <core/world/world_data.h>
 #include <parallel/crew/crew.h>
+#include <scree/distributed_world.h>
+#include <scree/export.h>
 #include <scree/transport.h>
+#include <scree/workers.h>
 #include <scree/world.h>
 
 #include <cstddef>
@@ -46,5 +49,10 @@ struct FileShare {
 };
 // Throws Error, on some ranks only.
 FileShare read_file_share(const std::string& file, Transport& transport, Crew& crew);
+// Of a share, which all ranks have by now: `what` was read. Throws as read_checkpoint().
+struct SCREE_HIDDEN SharedReader {
+  static DistributedWorld make(FileShare share, const char* what, Transport& transport, Workers& workers,
+                               const DistributedOptions& options);
+};
 
 }  // namespace scree

@@ -330,22 +330,15 @@ DistributedWorld::DistributedWorld(World world, Transport& transport, const Dist
   impl_->own_new_bodies();
 }
 
-DistributedWorld::DistributedWorld(const std::string& file, Transport& transport, Workers& workers,
+DistributedWorld::DistributedWorld(FileShare share, const char* what, Transport& transport, Workers& workers,
                                    const DistributedOptions& options) {
-  std::optional<FileShare> share;
-  std::optional<Error> problem = agree(transport, attempt([&] {
-                                         check_options(options);
-                                         Crew crew(workers);
-                                         share = read_file_share(file, transport, crew);
-                                       }));
-  if (problem) throw *problem;
-  check_alike(transport, options, "checkpoint", share->identity);
-  if (share->is_whole) {
-    *this = DistributedWorld(std::move(share->world), transport, options);
+  check_alike(transport, options, what, share.identity);
+  check_options(options);
+  if (share.is_whole) {
+    *this = DistributedWorld(std::move(share.world), transport, options);
     return;
   }
-  impl_.reset(new Impl{std::move(share->world), transport, options});
-  share.reset();
+  impl_.reset(new Impl{std::move(share.world), transport, options});
   impl_->cut_anew();
   impl_->give_strays(workers);
   impl_->own_new_bodies();
@@ -511,9 +504,20 @@ const Recorder* DistributedWorld::recorder() const noexcept {
   return impl_->recorder ? &*impl_->recorder : nullptr;
 }
 
+DistributedWorld SharedReader::make(FileShare share, const char* what, Transport& transport, Workers& workers,
+                                    const DistributedOptions& options) {
+  return DistributedWorld(std::move(share), what, transport, workers, options);
+}
+
 DistributedWorld read_checkpoint(const std::string& file, Transport& transport, Workers& workers,
                                  const DistributedOptions& options) {
-  return DistributedWorld(file, transport, workers, options);
+  std::optional<FileShare> share;
+  const std::optional<Error> problem = agree(transport, attempt([&] {
+                                               Crew crew(workers);
+                                               share = read_file_share(file, transport, crew);
+                                             }));
+  if (problem) throw *problem;
+  return SharedReader::make(std::move(*share), "checkpoint", transport, workers, options);
 }
 
 }  // namespace scree

@@ -5,9 +5,11 @@
 #include <core/state/snapshot/snapshot_bytes.h>
 #include <core/state/snapshot/snapshot_columns.h>
 #include <core/world/edit.h>
+#include <parallel/distributed/agree.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/give_events.h>
 #include <parallel/distributed/local_columns.h>
+#include <parallel/distributed/messages.h>
 #include <parallel/distributed/world_parts.h>
 #include <scree/error.h>
 
@@ -17,6 +19,7 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -232,19 +235,55 @@ Snapshot add_parts(Snapshot common, PartSource& source) {
   return whole;
 }
 
+namespace {
+
+// The parts that a reader takes.
+std::vector<std::int32_t> parts_of(const PartSource& source, const Transport& transport) {
+  std::vector<std::int32_t> parts;
+  for (int part = 0; part < source.ranks(); ++part) {
+    if (reader_of(part, source.ranks(), transport.ranks()) == transport.rank()) parts.push_back(part);
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> find_owners(const World& common, PartSource& source, Transport& transport) {
+  const Bodies& bodies = internals(common, "find_owners").bodies;
+  std::vector<GivenBody> own;
+  const std::optional<Error> problem =
+      agree(transport, attempt([&] {
+              for (const std::int32_t part : parts_of(source, transport)) {
+                MessageReader messages(source);  // bodies come first
+                for (const std::int32_t body : receive_list<std::int32_t>(messages, part))
+                  own.push_back({body, part});
+              }
+            }));
+  if (problem) throw *problem;
+  std::vector<std::int32_t> owners(bodies.flags.size(), kEveryRank);
+  for (const auto& [body, part] :
+       gather_lists<GivenBody>(transport, own, [](const GivenBody&) { return true; })) {
+    const bool is_expected = body >= 0 && std::cmp_less(body, owners.size()) && is_absent(bodies, body);
+    if (!is_expected || std::exchange(owners[static_cast<std::size_t>(body)], part) != kEveryRank)
+      refuse_world_of(part);
+  }
+  for (std::size_t row = 0; row < owners.size(); ++row) {
+    if (bodies.is_absent[row] != 0 && owners[row] == kEveryRank)
+      throw Error("no rank has sent body " + std::to_string(row));
+  }
+  return owners;
+}
+
 World read_share(World world, PartSource& source, std::span<const std::int32_t> part_of, Transport& transport,
                  Crew& crew) {
   WorldData& data = internals(world);
   const int parts = source.ranks(), readers = transport.ranks();
-  std::vector<std::int32_t> owners(part_of.begin(), part_of.end()), taken;
+  std::vector<std::int32_t> owners(part_of.begin(), part_of.end());
   for (std::int32_t& owner : owners) owner = owner < 0 ? kEveryRank : reader_of(owner, parts, readers);
-  for (int part = 0; part < parts; ++part) {
-    if (reader_of(part, parts, readers) == transport.rank()) taken.push_back(part);
-  }
   divide_world(data, transport, std::move(owners));
   {
     MessageReader messages(source);
-    receive_all_bodies(data, messages, taken, crew);
+    receive_all_bodies(data, messages, parts_of(source, transport), crew);
     messages.check_end();
   }
   SnapshotData share;

@@ -53,6 +53,9 @@ Snapshot add_parts(Snapshot common, PartSource& source);
 constexpr int reader_of(int part, int parts, int readers) {
   return static_cast<int>(std::int64_t{part} * readers / parts);
 }
+// By row of bodies: whose messages have it, -1 where all ranks have it. All readers call it together; each of
+// them looks into the messages that it will take. Throws the same Error on all of them.
+std::vector<std::int32_t> find_owners(const World& common, PartSource& source, Transport& transport);
 // A reader's share of the world, of which `common` is what all ranks had: `part_of` says of each row of
 // bodies whose messages have it, -1 where all ranks have it. The world is divided then. What has come is
 // checked, and throws as above; so each reader knows of its own share alone whether that can be read.

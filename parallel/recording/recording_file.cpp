@@ -2,7 +2,7 @@
 #include <core/state/recording_format/recorded_state.h>
 #include <core/state/snapshot/snapshot_hulls.h>
 #include <core/state/snapshot/snapshot_meshes.h>
-#include <parallel/distributed/world_parts.h>
+#include <parallel/recording/part_chunks.h>
 #include <parallel/recording/recording_file.h>
 
 #include <algorithm>
@@ -262,57 +262,19 @@ SolidViews RecordingFile::solids_before(std::size_t chunk) {
           std::span<const MeshPointer>(solids_.meshes).first(static_cast<std::size_t>(next.meshes_before))};
 }
 
-namespace {
-
-// The parts of a keyframe are the chunks behind it.
-class PartChunks final : public PartSource {
- public:
-  PartChunks(RecordingFile& file, std::size_t keyframe) : file_(file), keyframe_(keyframe) {
-    while (keyframe + 1 < file.chunks().size() && file.chunks()[keyframe + 1].head.kind == ChunkKind::part)
-      ++keyframe;
-    parts_ = static_cast<int>(std::min<std::size_t>(keyframe - keyframe_, kMostRanks));
-  }
-  int ranks() const override { return parts_; }
-  std::vector<std::byte> part(int rank) override {
-    const std::uint64_t all = file_.chunks()[chunk_of(rank)].head.count;
-    if (std::cmp_not_equal(all, ranks()))
-      refuse(rank, 0,
-             "there are " + std::to_string(ranks()) + " parts, of " + std::to_string(all) + " ranks");
-    std::vector<std::byte> bytes = file_.content(chunk_of(rank));
-    std::uint64_t layout = 0;
-    if (bytes.size() < sizeof layout) refuse(rank, 0, "the part ends too early");
-    std::memcpy(&layout, bytes.data(), sizeof layout);
-    if (layout != layout_of_parts())
-      file_.refuse_content(chunk_of(rank), 0, "a version of Scree with other columns has written this",
-                           ErrorCode::wrong_version);
-    bytes.erase(bytes.begin(), bytes.begin() + sizeof layout);
-    return bytes;
-  }
-  [[noreturn]] void refuse(int rank, std::size_t at, const std::string& reason) const override {
-    file_.refuse_content(chunk_of(rank), sizeof(std::uint64_t) + at, reason);
-  }
-
- private:
-  std::size_t chunk_of(int rank) const { return keyframe_ + 1 + static_cast<std::size_t>(rank); }
-
-  RecordingFile& file_;
-  std::size_t keyframe_;
-  int parts_ = 0;
-};
-
-}  // namespace
+Snapshot RecordingFile::first_state(std::size_t chunk) {
+  const SolidViews solids = solids_before(chunk);
+  return read_content(chunk, content(chunk), [&](std::span<const std::byte> bytes) {
+    return read_state(bytes, solids, is_shared(chunk));
+  });
+}
 
 Snapshot RecordingFile::state(std::size_t chunk) {
-  const SolidViews solids = solids_before(chunk);
-  const bool has_parts = is_shared(chunk);
-  Snapshot common = read_content(chunk, content(chunk), [&](std::span<const std::byte> bytes) {
-    return read_state(bytes, solids, has_parts);
-  });
-  if (!has_parts) return common;
+  Snapshot first = first_state(chunk);
+  if (!is_shared(chunk)) return first;
   PartChunks parts(*this, chunk);
-  if (parts.ranks() == 0) refuse_content(chunk, 0, "its parts are missing");
   try {
-    return add_parts(std::move(common), parts);
+    return add_parts(std::move(first), parts);
   } catch (const RefusedRecording&) {
     throw;
   } catch (const Error& error) {  // as a rank refuses messages

@@ -41,6 +41,7 @@ class RecordingFile {
   // All hulls and meshes of the chunks before one.
   SolidViews solids_before(std::size_t chunk);
   Snapshot state(std::size_t chunk);               // of a keyframe, or what was restored
+  Snapshot first_state(std::size_t chunk);         // where is_shared(), what all ranks have in common
   std::uint64_t hash_of_state(std::size_t chunk);  // as it was recorded
   // A keyframe of many ranks: its contacts are in another order than those of a replay.
   bool is_shared(std::size_t chunk) const {

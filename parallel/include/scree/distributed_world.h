@@ -16,6 +16,8 @@
 
 namespace scree {
 
+struct FileShare;
+
 /// How bodies are shared out among ranks. No result depends on it.
 struct DistributedOptions {
   /// Steps from one look at the shares to the next, at which bodies that have left their rank's part of the
@@ -124,9 +126,8 @@ class SCREE_API DistributedWorld {
   const Recorder* recorder() const noexcept;
 
  private:
-  friend SCREE_API DistributedWorld read_checkpoint(const std::string& file, Transport& transport,
-                                                    Workers& workers, const DistributedOptions& options);
-  DistributedWorld(const std::string& file, Transport& transport, Workers& workers,
+  friend struct SharedReader;
+  DistributedWorld(FileShare share, const char* what, Transport& transport, Workers& workers,
                    const DistributedOptions& options);
   struct Impl;
   std::unique_ptr<Impl> impl_;
@@ -148,5 +149,17 @@ SCREE_API World read_checkpoint(const std::string& file);
 /// As DistributedWorld::checkpoint, by a single process. Throws Error as that one, and for a world that was
 /// moved from.
 SCREE_API void write_checkpoint(const World& world, const std::string& file);
+
+/// The world of a recording after `to` steps, on many ranks, whoever has recorded it; it goes on with the
+/// same bits. Each rank reads its share of the last keyframe at or before step `from`, or where a single
+/// process has recorded it all of it, and plays the calls and steps that follow. The hash after each of these
+/// is compared with the recorded one, so that playing all steps of its RecordingInfo verifies a recording.
+/// `transport` must outlive the world. All ranks call it together, with the same file, steps and options.
+/// Throws the same Error on all ranks: for what is no recording, was changed, or has no such steps, where a
+/// hash differs, as read_checkpoint(), and for a snapshot that was restored meanwhile, which ranks cannot
+/// take.
+SCREE_API DistributedWorld play_recording(const std::string& file, std::uint64_t from, std::uint64_t to,
+                                          Transport& transport, Workers& workers,
+                                          const DistributedOptions& options = {});
 
 }  // namespace scree

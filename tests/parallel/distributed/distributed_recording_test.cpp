@@ -12,6 +12,8 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -105,6 +107,83 @@ TEST(DistributedRecording, ASingleProcessVerifiesIt) {
   }
   std::remove(alone.c_str());
   std::remove(together.c_str());
+}
+
+// Each rank reads its share of a keyframe, whatever number of ranks wrote it.
+TEST(DistributedRecording, AnyNumberOfRanksPlaysIt) {
+  constexpr int kSteps = 130, kMore = 20;
+  const std::string alone = file_name("for_all"), together = file_name("by_four");
+  record_alone(alone, kSteps, {.keyframe_spacing = 50});
+  record_on_ranks(together, 4, kSteps, {.keyframe_spacing = 50});
+  Workers workers(1);
+  Player player(alone);
+  player.seek(kSteps, workers);
+  World after = player.branch();
+  std::vector<std::uint64_t> future{after.hash()};
+  for (int i = 0; i < kMore; ++i) {
+    step(after, kStep, workers);
+    future.push_back(after.hash());
+  }
+  for (const std::string& file : {together, alone}) {
+    for (const int ranks : {1, 3, 4, 6}) {
+      for (const std::uint64_t from : {0u, 77u, 130u}) {
+        const auto errors = run_ranks(ranks, [&](int, Transport& transport) {
+          Workers own_workers(1);
+          DistributedWorld world = play_recording(file, from, kSteps, transport, own_workers);
+          ASSERT_EQ(world.hash(), future[0]) << ranks << " ranks, from " << from;
+          for (int i = 1; i <= kMore; ++i) {
+            world.step(kStep, own_workers);
+            ASSERT_EQ(world.hash(), future[static_cast<std::size_t>(i)]) << ranks << " ranks, step " << i;
+          }
+        });
+        EXPECT_EQ(all_of(errors), "");
+      }
+    }
+  }
+  std::remove(alone.c_str());
+  std::remove(together.c_str());
+}
+
+TEST(DistributedRecording, WhatCannotBePlayedIsRefusedByAllRanks) {
+  const std::string file = file_name("refused"), other = file_name("refused_other");
+  record_on_ranks(file, 3, 20, {.keyframe_spacing = 8});
+  record_on_ranks(other, 2, 21, {.keyframe_spacing = 8});
+  const auto told_by_all = [&](const std::string& file_of_last, std::uint64_t from, std::uint64_t to,
+                               std::uint64_t to_of_last) {
+    const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
+      Workers workers(1);
+      const bool is_last = rank == 2;
+      play_recording(is_last ? file_of_last : file, from, is_last ? to_of_last : to, transport, workers);
+    });
+    // But for the name of the file, which is each rank's own.
+    const auto reason = [](const std::string& told) { return told.substr(told.rfind(": ") + 1); };
+    EXPECT_EQ(reason(errors[0]), reason(errors[1]));
+    EXPECT_EQ(reason(errors[0]), reason(errors[2]));
+    return errors[0];
+  };
+  const auto expect_told = [](const std::string& told, const std::string& reason) {
+    EXPECT_NE(told.find(reason), std::string::npos) << told;
+  };
+  expect_told(told_by_all(file, 0, 21, 21), "step is 21, must lie in [0, 20]");
+  expect_told(told_by_all(file, 9, 8, 8), "step 9 comes after step 8");
+  expect_told(told_by_all("/no/such/file", 0, 20, 20), "rank 2: Player: /no/such/file: cannot be read");
+  expect_told(told_by_all(other, 16, 20, 20), "ranks play other recordings, or to other steps");
+  expect_told(told_by_all(file, 16, 20, 19), "ranks play other recordings, or to other steps");
+  std::string bytes;
+  {
+    std::ifstream in(file, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  std::ofstream(other, std::ios::binary) << bytes;
+  const auto errors = run_ranks(2, [&](int, Transport& transport) {
+    Workers workers(1);
+    play_recording(other, 0, 20, transport, workers);
+  });
+  EXPECT_EQ(errors[0], errors[1]);
+  EXPECT_NE(errors[0].find(other), std::string::npos) << errors[0];
+  std::remove(file.c_str());
+  std::remove(other.c_str());
 }
 
 // A hook that throws on one rank keeps none from going on, in a step with a keyframe, too: all go on as one

@@ -237,6 +237,44 @@ TEST(SharedKeyframe, WithChecksumsThatFitNeverCorruptsAWorld) {
   EXPECT_LT(refused, kTries);
 }
 
+// Ranks that play it find a wrong hash at its step, as a single process does, and refuse parts that do not
+// fit.
+TEST(SharedKeyframe, OfWhichAPartIsChangedIsRefusedByRanks) {
+  const TemporaryFile file;
+  const auto told = [&](const TakenApart& parts) {
+    const Bytes bytes = parts.put_together();
+    std::ofstream(file.path(), std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    const auto errors = run_ranks(2, [&](int, Transport& transport) {
+      Workers workers(1);
+      play_recording(file.path(), 0, 20, transport, workers);
+    });
+    EXPECT_EQ(errors[0], errors[1]);
+    return errors[0];
+  };
+  const TakenApart whole(record_on_ranks());
+  EXPECT_EQ(told(whole), "");
+  TakenApart parts = whole;
+  int changed = 0;
+  for (TakenApart::Chunk& chunk : parts.chunks) changed += change_hash(chunk, 14) ? 1 : 0;
+  ASSERT_EQ(changed, 1);
+  EXPECT_NE(told(parts).find("step 14 has another hash than the recorded one"), std::string::npos);
+  parts = whole;
+  TakenApart::Chunk* const first = parts.find(ChunkKind::part);
+  first[1].content = first[0].content;
+  EXPECT_NE(told(parts).find("has sent what does not fit"), std::string::npos);
+  std::mt19937 random(17);
+  int refused = 0;
+  for (int i = 0; i < 60; ++i) {  // is refused, or is some world
+    parts = whole;
+    Bytes& content = parts.find(ChunkKind::part)[random() % kRanks].content;
+    const std::uint32_t values[] = {0u, 1u, 0xffffffffu, 0x7fffffffu, 0x7fc00000u, 1u << (i % 32)};
+    std::memcpy(content.data() + 8 + random() % (content.size() - 12), &values[i % 6], 4);
+    refused += told(parts).empty() ? 0 : 1;
+  }
+  EXPECT_GT(refused, 0);
+}
+
 // No chance bytes are in a file.
 TEST(SharedKeyframe, HasTheSameBytesEachTime) {
   EXPECT_EQ(TakenApart(record_on_ranks()).states(), TakenApart(record_on_ranks()).states());
