@@ -48,31 +48,31 @@ std::size_t keyframe_before(const RecordingFile& recording, std::uint64_t step) 
   return static_cast<std::size_t>(std::upper_bound(steps.begin(), steps.end(), step) - steps.begin()) - 1;
 }
 
-// Of all that the keyframe is.
-std::uint64_t identity_of(const RecordingFile& recording, std::size_t keyframe) {
-  std::vector<std::uint64_t> hashes{recording.chunks()[keyframe].head.stored_hash};
-  for (std::size_t i = keyframe + 1; i < recording.chunks().size(); ++i) {
-    if (recording.chunks()[i].head.kind != ChunkKind::part) break;
-    hashes.push_back(recording.chunks()[i].head.stored_hash);
+// Of all chunks until those in which the last step may lie: what is played depends on no others.
+std::uint64_t identity_of(const RecordingFile& recording, std::uint64_t to) {
+  std::vector<std::uint64_t> hashes;
+  for (const RecordedChunk& chunk : recording.chunks()) {
+    if (chunk.head.step > to) break;
+    hashes.push_back(chunk.head.stored_hash);
   }
   return hash_of_bytes(std::as_bytes(std::span(hashes)));
 }
 
 // Before ranks do together what depends on it.
-void check_same(Transport& transport, const std::string& file, std::uint64_t keyframe, std::uint64_t step) {
+void check_same(Transport& transport, const std::string& file, std::uint64_t identity, std::uint64_t step) {
   struct Played {
-    std::uint64_t keyframe, step;
+    std::uint64_t identity, step;
   };
-  const std::vector<Played> all = gather_rows(transport, Played{keyframe, step});
+  const std::vector<Played> all = gather_rows(transport, Played{identity, step});
   for (const Played& one : all) {
-    if (one.keyframe != all[0].keyframe || one.step != all[0].step)
+    if (one.identity != all[0].identity || one.step != all[0].step)
       throw Error("play_recording: " + file + ": ranks play other recordings, or to other steps");
   }
 }
 
 FileShare read_keyframe(RecordingFile& recording, std::size_t chunk, const std::string& file,
-                        Transport& transport, Crew& crew) {
-  FileShare share{World{}, !recording.is_shared(chunk), identity_of(recording, chunk)};
+                        std::uint64_t identity, Transport& transport, Workers& workers) {
+  FileShare share{World{}, !recording.is_shared(chunk), identity};
   do_together(transport, file, [&] { restore(share.world, recording.first_state(chunk)); });
   if (share.is_whole) return share;
   std::optional<PartChunks> parts;
@@ -81,6 +81,7 @@ FileShare read_keyframe(RecordingFile& recording, std::size_t chunk, const std::
   if (const auto problem = attempt([&] { owners = find_owners(share.world, *parts, transport); }))
     refuse(file, *problem);  // as all ranks do
   do_together(transport, file, [&] {
+    Crew crew(workers);  // ends here: steps call helpers of their own
     share.world = read_share(std::move(share.world), *parts, owners, transport, crew);
     check_positions(internals(share.world));
   });
@@ -98,10 +99,11 @@ DistributedWorld play_recording(const std::string& file, std::uint64_t from, std
   });
   const std::size_t keyframe = keyframe_before(*recording, from);
   const std::size_t chunk = recording->keyframes()[keyframe];
-  check_same(transport, file, identity_of(*recording, chunk), to);
-  Crew crew(workers);
-  DistributedWorld world = SharedReader::make(read_keyframe(*recording, chunk, file, transport, crew),
-                                              "recording", transport, workers, options);
+  const std::uint64_t identity = identity_of(*recording, to);
+  check_same(transport, file, identity, to);
+  DistributedWorld world =
+      SharedReader::make(read_keyframe(*recording, chunk, file, identity, transport, workers), "recording",
+                         transport, workers, options);
   RecordStream stream(*recording);
   stream.go_behind(chunk);
   for (std::uint64_t done = recording->keyframe_steps()[keyframe]; done < to; ++done) {
