@@ -3,6 +3,7 @@
 // border.h.
 #include <core/constraints/joint_parameters.h>
 #include <parallel/distributed/border.h>
+#include <parallel/distributed/give_events.h>
 #include <parallel/distributed/messages.h>
 #include <parallel/distributed/send_bodies.h>
 #include <scree/error.h>
@@ -23,19 +24,17 @@ struct Changes {
   std::vector<std::int32_t> gone;                        // from all lists of ghosts
   std::vector<std::int32_t> ghosts;                      // new bodies of others, which are here
   std::vector<std::vector<std::int32_t>> became_common;  // by rank: its bodies that all ranks move now
+  std::vector<std::int32_t> retyped;                     // these, and bodies that were everybody's
 };
-
-bool is_dynamic(const Bodies& bodies, std::int32_t body) {
-  return (bodies.flags[body] & kBodyAlive) != 0 && bodies.type[body] == BodyType::dynamic;
-}
 
 void adopt(WorldData& data, Border& border, std::int32_t body, Changes& changes) {
   const auto place = static_cast<std::size_t>(body);
   std::int32_t& owner = border.owner[place];
   const bool is_another = std::exchange(border.generation[place], known_generation(data.bodies, place)) !=
                           data.bodies.generation[body];
-  const bool dynamic = is_dynamic(data.bodies, body), was_owned = owner != kEveryRank;
+  const bool dynamic = is_shared_out(data.bodies, body), was_owned = owner != kEveryRank;
   if (dynamic == was_owned && !(dynamic && is_another)) return;
+  if (!is_another && (data.bodies.flags[body] & kBodyAlive) != 0) changes.retyped.push_back(body);
   if (was_owned) {
     changes.gone.push_back(body);
     if (!is_another && (data.bodies.flags[body] & kBodyAlive) != 0) {
@@ -167,6 +166,10 @@ void adopt_calls(WorldData& data, Border& border) {
   std::sort(border.ghosts.begin(), border.ghosts.end());
   share_common(data, border, changes);
   share_joints(data, border, changes);
+  if (!changes.retyped.empty()) {
+    border.events_stale = true;
+    share_events_of(data, border, changes.retyped);
+  }
   hide_shapes(data);
 }
 

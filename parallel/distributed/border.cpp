@@ -92,8 +92,8 @@ void check_position(const Bodies& bodies, std::int32_t body) {
 void check_positions(const WorldData& data) {
   const Bodies& bodies = data.bodies;
   for (std::size_t row = 0; row < bodies.flags.size(); ++row) {
-    const bool is_dynamic = (bodies.flags[row] & kBodyAlive) != 0 && bodies.type[row] == BodyType::dynamic;
-    if (is_dynamic && bodies.is_absent[row] == 0) check_position(bodies, static_cast<std::int32_t>(row));
+    if (is_shared_out(bodies, row) && bodies.is_absent[row] == 0)
+      check_position(bodies, static_cast<std::int32_t>(row));
   }
 }
 
@@ -134,7 +134,7 @@ void forget_halos(WorldData& data, Border& border) {
     const bool is_here = (data.bodies.flags[row] & kBodyAlive) != 0 && data.bodies.is_absent[row] == 0;
     if (is_here && !border.owns(body) && border.owner_of(body) != kEveryRank) border.ghosts.push_back(body);
   }
-  border.halos_stale = border.ties_stale = true;
+  border.halos_stale = border.ties_stale = border.events_stale = true;
   data.contacts.pairs_stale = true;
   data.joints.all_changed = true;
 }

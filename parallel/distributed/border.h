@@ -18,6 +18,7 @@
 #include <parallel/distributed/counted_transport.h>
 
 #include <algorithm>
+#include <concepts>
 #include <functional>
 #include <iterator>
 #include <span>
@@ -96,6 +97,7 @@ struct Border final : Part {
   std::vector<Halo> halos;                                      // by rank
   bool halos_stale = true;             // owners have changed: what is lent must be sent anew
   bool ties_stale = true;              // owners or joints have changed
+  bool events_stale = true;            // owners have changed: others may tell of what touched here
   std::vector<std::int32_t> ghosts;    // all bodies of others that are here, ascending
   bool is_giving = false;              // one rank makes calls for all, and the others wait for these
   std::size_t dirty_before = 0;        // how many of Shapes::dirty let_go_of_given() has looked at
@@ -113,6 +115,11 @@ struct Border final : Part {
   std::int32_t begin_hubs = 0, end_hubs = 0;  // turns of this step, of contacts in groups
   std::int32_t turns = 0;  // of this step: colors in use, in the order in which they are solved
 };
+
+// Whether a body belongs to one rank; the others are everybody's, or dead.
+inline bool is_shared_out(const Bodies& bodies, std::integral auto body) {
+  return (bodies.flags[body] & kBodyAlive) != 0 && bodies.type[body] == BodyType::dynamic;
+}
 
 // Whether an own shape of RestingShapes is what it was.
 inline bool rests_here(const WorldData& data, const Border& border, std::int32_t shape) {
@@ -143,7 +150,7 @@ struct GivenBody {
 void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew);
 
 // Files hold what is sent: rises where that changes in a way that sizes of columns do not show.
-inline constexpr std::uint64_t kMessageLayout = 3;
+inline constexpr std::uint64_t kMessageLayout = 4;
 // Sends all bodies of this rank, which stays what it is, to who has none of them. `transport` goes to nobody
 // else, and need not have such a rank.
 void send_all_bodies(WorldData& data, Transport& transport, Crew& crew);

@@ -328,33 +328,52 @@ void write_checkpoint(const World& world, const std::string& file) {
   write_parts(alone.at(0), file, std::move(parts));
 }
 
+namespace {
+
+World read_whole(CheckpointFile& file) {
+  const std::vector<std::byte> bytes = file.read_part(0);
+  World world;
+  restore(world, read_snapshot(bytes));
+  return world;
+}
+
+}  // namespace
+
 World read_checkpoint(const std::string& name) {
   check_byte_order(kCall);
   CheckpointFile file = open_checkpoint(name);
   return read_named(name, [&] {
-    World world{WorldSettings{}};
-    if (file.is_whole()) {
-      restore(world, read_snapshot(file.read_part(0)));
-    } else {
-      file.read_part(1);  // of no use, but it must be sound
-      restore(world, add_parts(read_common(file), file));
-    }
+    if (file.is_whole()) return read_whole(file);
+    World world;
+    restore(world, read_common(file));
+    read_owners(file, internals(world));  // which must be sound
+    restore(world, add_parts(std::exchange(world, World{}), file));
     return world;
   });
+}
+
+int checkpoint_ranks(const std::string& file) {
+  check_byte_order(kCall);
+  const CheckpointFile opened = open_checkpoint(file);
+  return opened.is_whole() ? 1 : opened.ranks();
 }
 
 FileShare read_file_share(const std::string& name, Transport& transport, Crew& crew) {
   check_byte_order(kCall);
   CheckpointFile file = open_checkpoint(name);
-  return read_named(name, [&] {
-    if (file.is_whole()) return FileShare{read_checkpoint(name), true, file.identity};
+  FileShare share = read_named(name, [&] {
+    if (file.is_whole()) return FileShare{read_whole(file), true, file.identity};
     World common;
     restore(common, read_common(file));
     const std::vector<std::int32_t> owners = read_owners(file, internals(common));
-    FileShare share{read_share(std::move(common), file, owners, transport, crew), false, file.identity};
-    check_positions(internals(share.world));
-    return share;
+    return FileShare{read_share(std::move(common), file, owners, transport, crew), false, file.identity};
   });
+  try {
+    check_positions(internals(share.world));
+  } catch (const Error& error) {
+    throw Error(std::string(kCall) + ": " + name + ": " + error.what(), error.code());
+  }
+  return share;
 }
 
 }  // namespace scree

@@ -8,6 +8,7 @@
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/checkpoint.h>
 #include <parallel/distributed/give_calls.h>
+#include <parallel/distributed/give_events.h>
 #include <parallel/distributed/messages.h>
 #include <parallel/distributed/partition.h>
 #include <parallel/distributed/send_bodies.h>
@@ -35,10 +36,6 @@ namespace {
 
 constexpr int kMostStepsPerLook = 1'000'000;
 constexpr std::int32_t kBodyLoad = 4;  // of a body without constraints, relative to a constraint
-
-bool is_shared_out(const Bodies& bodies, std::size_t body) {
-  return (bodies.flags[body] & kBodyAlive) != 0 && bodies.type[body] == BodyType::dynamic;
-}
 
 WeightedPoint weigh(const WorldData& data, std::int32_t body) {
   const PoseRow& pose = data.bodies.pose[body];
@@ -179,26 +176,35 @@ struct DistributedWorld::Impl {
   WorldData& data() { return internals(world); }
   Border& border() { return *border_of(data()); }
 
-  // Looks whether bodies should change owners. All ranks decide alike.
-  void look(Workers& workers) {
+  std::vector<WeightedPoint> weigh_own() {
     std::vector<WeightedPoint> points;
+    for_each_own([&](std::int32_t body) { points.push_back(weigh(data(), body)); });
+    return points;
+  }
+
+  // Cuts the space anew where the loads, of this rank's points by the rank that rank_of(point) says, are
+  // uneven. All ranks decide alike.
+  template <class RankOf>
+  void cut_if_uneven(RankOf&& rank_of) {
+    const std::vector<WeightedPoint> points = weigh_own();
     std::vector<std::int64_t> loads(static_cast<std::size_t>(transport.ranks()), 0);
-    std::int64_t& own = loads[static_cast<std::size_t>(transport.rank())];
-    for_each_own([&](std::int32_t body) {
-      points.push_back(weigh(data(), body));
-      own += points.back().weight;
-    });
+    for (const WeightedPoint& point : points) loads[static_cast<std::size_t>(rank_of(point))] += point.weight;
     border().transport.add_up(loads);
     const auto most = static_cast<double>(*std::max_element(loads.begin(), loads.end()));
     if (most > static_cast<double>(options.imbalance) * mean_of(loads))
       partition = cut_space(border().transport, points);
+  }
+
+  // Looks whether bodies should change owners.
+  void look(Workers& workers) {
+    cut_if_uneven([this](const WeightedPoint&) { return here(); });
     give_strays(workers);
   }
 
-  void cut_anew() {
-    std::vector<WeightedPoint> points;
-    for_each_own([&](std::int32_t body) { points.push_back(weigh(data(), body)); });
-    partition = cut_space(border().transport, points);
+  // What each rank has created lies where it does, not where the space was cut before.
+  void settle(Workers& workers) {
+    cut_if_uneven([this](const WeightedPoint& point) { return partition.rank_of(point.position); });
+    give_strays(workers);
   }
 
   // Of this object, which stays where it is.
@@ -218,21 +224,6 @@ struct DistributedWorld::Impl {
     });
     Crew crew(workers);
     give_bodies(data(), given, crew);
-  }
-
-  // What each rank has created lies where it does, not where the space was cut before.
-  void settle(Workers& workers) {
-    std::vector<WeightedPoint> points;
-    std::vector<std::int64_t> loads(static_cast<std::size_t>(transport.ranks()), 0);
-    for_each_own([&](std::int32_t body) {
-      points.push_back(weigh(data(), body));
-      loads[static_cast<std::size_t>(partition.rank_of(points.back().position))] += points.back().weight;
-    });
-    border().transport.add_up(loads);
-    const auto most = static_cast<double>(*std::max_element(loads.begin(), loads.end()));
-    if (most > static_cast<double>(options.imbalance) * mean_of(loads))
-      partition = cut_space(border().transport, points);
-    give_strays(workers);
   }
 
   // Brings all bodies to rank 0, which works on the whole world then, and takes them back. Does nothing else
@@ -339,7 +330,8 @@ DistributedWorld::DistributedWorld(FileShare share, const char* what, Transport&
     return;
   }
   impl_.reset(new Impl{std::move(share.world), transport, options});
-  impl_->cut_anew();
+  impl_->partition = cut_space(impl_->border().transport, impl_->weigh_own());
+  share_common_events(impl_->data(), impl_->border());
   impl_->give_strays(workers);
   impl_->own_new_bodies();
 }

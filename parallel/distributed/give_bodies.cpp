@@ -301,11 +301,27 @@ void send_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
   const auto nobody = static_cast<std::int32_t>(border.halos.size());  // who has had none of them
   std::vector<std::int32_t> next_owner = border.owner;
   std::replace(next_owner.begin(), next_owner.end(), border.here, nobody);
-  const Parcel parcel = std::move(pack(data, border, next_owner, border.halos.size() + 1).back());
+  Parcel parcel = std::move(pack(data, border, next_owner, border.halos.size() + 1).back());
+  append_left_events(data, parcel.events);
   send_list<std::int32_t>(transport, nobody, parcel.bodies);
   send_list<std::uint8_t>(transport, nobody, std::vector<std::uint8_t>{data.contacts.manifolds_stale});
   send_parcel(transport, nobody, data, parcel);
 }
+
+namespace {
+
+// As restore() does: what comes from outside may be wrong.
+void derive_rows(WorldData& data, std::int32_t body) {
+  const FpEnvironment environment;
+  Bodies& bodies = data.bodies;
+  bodies.transform[body] = transform_of(bodies.pose[body], bodies.center[body]);
+  for (std::int32_t shape = bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape]) {
+    data.shapes.motion[shape] = motion_at_rest(data.shapes.pose[shape]);
+    place_shape_in_body(data, shape);
+  }
+}
+
+}  // namespace
 
 void receive_all_bodies(WorldData& data, Transport& transport, std::span<const std::int32_t> senders,
                         Crew& crew) {
@@ -319,18 +335,18 @@ void receive_all_bodies(WorldData& data, Transport& transport, std::span<const s
     data.contacts.manifolds_stale = data.contacts.manifolds_stale || is_stale[0] != 0;
     for (const std::int32_t body : bodies) {
       if (body < 0 || std::cmp_greater_equal(body, has_come.size()) || !border.owns(body) ||
-          (data.bodies.flags[body] & kBodyAlive) == 0)
+          !is_absent(data.bodies, body))
         refuse_world_of(from);
       if (has_come[static_cast<std::size_t>(body)]++ != 0) refuse_world_of(from);
     }
     receive_parcel(transport, from, data, bodies, arrivals);
     for (const std::int32_t body : bodies) {
       if (is_zero_row(data.bodies.pose[body])) refuse_world_of(from);  // as if it were absent
+      derive_rows(data, body);
     }
   }
   for (std::size_t body = 0; body < has_come.size(); ++body) {
-    const bool is_owned = border.owns(static_cast<std::int32_t>(body));
-    if (is_owned && (data.bodies.flags[body] & kBodyAlive) != 0 && has_come[body] == 0)
+    if (border.owns(static_cast<std::int32_t>(body)) && data.bodies.is_absent[body] != 0)
       throw Error("no rank has sent body " + std::to_string(body));
   }
   take(data, border, arrivals, crew);

@@ -4,6 +4,8 @@
 #include <parallel/distributed/messages.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <type_traits>
 #include <utility>
 
 namespace scree {
@@ -24,6 +26,11 @@ const TouchingPair& pair_of(const TouchingPair& row) { return row; }
 
 std::int32_t body_a_of(const TouchingPair& pair) { return static_cast<std::int32_t>(pair.body_a.index); }
 std::int32_t body_b_of(const TouchingPair& pair) { return static_cast<std::int32_t>(pair.body_b.index); }
+
+// Of a pair that is there.
+bool is_of_everybody(const WorldData& data, const TouchingPair& pair) {
+  return !is_shared_out(data.bodies, body_a_of(pair)) && !is_shared_out(data.bodies, body_b_of(pair));
+}
 
 std::pair<std::uint32_t, std::uint32_t> place_of(const TouchingPair& pair) {
   return {pair.shape_a.index, pair.shape_b.index};
@@ -52,7 +59,7 @@ void take_rows(const WorldData& data, const Border& border, std::vector<Row>& re
   if (received.empty() && all.size() == rows.size()) return;
   for (const Row& row : received) {
     const TouchingPair& pair = pair_of(row);
-    if (is_there(data, pair) && tells_of(&border, body_a_of(pair), body_b_of(pair))) all.push_back(row);
+    if (!is_there(data, pair) || tells_of(&border, body_a_of(pair), body_b_of(pair))) all.push_back(row);
   }
   const auto place = [](const Row& row) { return place_of(pair_of(row)); };
   std::stable_sort(all.begin(), all.end(),
@@ -79,6 +86,71 @@ std::vector<SentEvents> pack_events(const WorldData& data, const Border& border,
     if (border.owns(row)) sent[static_cast<std::size_t>(next_owner[body.index])].woken.push_back(body);
   }
   return sent;
+}
+
+void append_left_events(const WorldData& data, SentEvents& sent) {
+  const auto is_left = [&](const TouchingPair& pair) {
+    return !is_there(data, pair) || is_of_everybody(data, pair);
+  };
+  for (const TouchRow& row : data.events.touching) {
+    if (is_left(row.pair)) sent.touching.push_back(row);
+  }
+  for (const TouchingPair& row : data.events.sensed) {
+    if (is_left(row)) sent.sensed.push_back(row);
+  }
+}
+
+namespace {
+
+// All ranks learn of the rows that is_asked_for(pair) holds for what they tell of.
+template <class IsAskedFor>
+void share_rows_of(WorldData& data, Border& border, IsAskedFor&& is_asked_for) {
+  const auto gather = [&](const auto& rows) {
+    std::vector<std::remove_cvref_t<decltype(rows[0])>> own;
+    for (const auto& row : rows) {
+      if (is_there(data, pair_of(row)) && is_asked_for(pair_of(row))) own.push_back(row);
+    }
+    return gather_lists(border.transport, own, [](const auto&) { return true; });
+  };
+  SentEvents all;
+  all.touching = gather(data.events.touching);
+  all.sensed = gather(data.events.sensed);
+  take_events(data, border, all);
+}
+
+}  // namespace
+
+void share_events_of(WorldData& data, Border& border, std::span<const std::int32_t> bodies) {
+  std::vector<bool> is_listed(data.bodies.flags.size());
+  for (const std::int32_t body : bodies) is_listed[static_cast<std::size_t>(body)] = true;
+  share_rows_of(data, border, [&](const TouchingPair& pair) {
+    return is_listed[pair.body_a.index] || is_listed[pair.body_b.index];
+  });
+}
+
+void share_common_events(WorldData& data, Border& border) {
+  share_rows_of(data, border, [&](const TouchingPair& pair) { return is_of_everybody(data, pair); });
+}
+
+namespace {
+
+template <class Row>
+void forget_untold_rows(const WorldData& data, const Border& border, Column<Row>& rows) {
+  const auto is_untold = [&](const Row& row) {
+    const TouchingPair& pair = pair_of(row);
+    return is_there(data, pair) && !tells_of(&border, body_a_of(pair), body_b_of(pair));
+  };
+  const Row* const end = std::remove_if(rows.begin(), rows.end(), is_untold);
+  rows.drop_back(rows.end() - end);
+}
+
+}  // namespace
+
+void forget_untold(const WorldData& data, const Border& border, Column<TouchRow>& rows) {
+  forget_untold_rows(data, border, rows);
+}
+void forget_untold(const WorldData& data, const Border& border, Column<TouchingPair>& rows) {
+  forget_untold_rows(data, border, rows);
 }
 
 void send_events(Transport& transport, std::int32_t to, const SentEvents& sent) {

@@ -6,6 +6,7 @@
 #include <parallel/distributed/border.h>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace scree {
@@ -39,6 +40,18 @@ struct SentEvents {
 // By receiver, of which there are so many: what goes there. No pair may be at rest.
 std::vector<SentEvents> pack_events(const WorldData& data, const Border& border,
                                     const std::vector<std::int32_t>& next_owner, std::size_t receivers);
+// Of this rank, for a file: what has gone since the last step, or is everybody's by now. No body takes it
+// along.
+void append_left_events(const WorldData& data, SentEvents& sent);
+// Bodies have become everybody's or one rank's: who tells of a pair with one of them from now on learns
+// whether it touches. All ranks call it together, for the same bodies. Pairs at rest stay what they are.
+void share_events_of(WorldData& data, Border& border, std::span<const std::int32_t> bodies);
+// What sensors of everybody's bodies see of such bodies all ranks tell: all of them learn what any knows. All
+// ranks call it together.
+void share_common_events(WorldData& data, Border& border);
+// Forgets, of what touched or was seen in the last step, what another rank tells of by now.
+void forget_untold(const WorldData& data, const Border& border, Column<TouchRow>& rows);
+void forget_untold(const WorldData& data, const Border& border, Column<TouchingPair>& rows);
 void send_events(Transport& transport, std::int32_t to, const SentEvents& sent);
 void receive_events(Transport& transport, std::int32_t from, SentEvents& received);
 // Owners have changed: forgets what this rank no longer tells of, and adds what it has received.

@@ -112,16 +112,12 @@ constexpr bool is_of_pairs(SheetId sheet) {
   }
 }
 
-bool travels(const WorldData& data, std::int32_t body) {
-  return (data.bodies.flags[body] & kBodyAlive) != 0 && data.bodies.type[body] == BodyType::dynamic;
-}
-
 // Copies runs of the rows that do not travel; the others stay zero.
 template <class Row>
 void copy_staying(const WorldData& data, SheetId store, const Row* from, Column<Row>& to) {
   const auto stays = [&](std::size_t row) {
-    if (store == SheetId::bodies) return !travels(data, static_cast<std::int32_t>(row));
-    return (data.shapes.flags[row] & kShapeAlive) == 0 || !travels(data, data.shapes.body[row]);
+    if (store == SheetId::bodies) return !is_shared_out(data.bodies, row);
+    return (data.shapes.flags[row] & kShapeAlive) == 0 || !is_shared_out(data.bodies, data.shapes.body[row]);
   };
   for (std::size_t first = 0; first < to.size();) {
     std::size_t end = first;
@@ -158,23 +154,24 @@ void copy_common_columns(WorldData& data, WorldData& common) {
 // What is said of dynamic bodies outside of their rows; the messages have that, too.
 void leave_out_travelling(WorldData& common) {
   for (std::size_t row = 0; row < common.bodies.flags.size(); ++row) {
-    if (travels(common, static_cast<std::int32_t>(row)))
+    if (is_shared_out(common.bodies, row))
       common.bodies.flags[row] = static_cast<std::uint8_t>(common.bodies.flags[row] & ~kBodyAsleep);
   }
   for (std::size_t row = 0; row < common.shapes.flags.size(); ++row) {
-    if ((common.shapes.flags[row] & kShapeAlive) != 0 && travels(common, common.shapes.body[row]))
+    if ((common.shapes.flags[row] & kShapeAlive) != 0 &&
+        is_shared_out(common.bodies, common.shapes.body[row]))
       common.shapes.tree[row] = TreeKind::none;
   }
   const auto is_told = [&](const SlotName& body) {
     const auto row = static_cast<std::int32_t>(body.index);
-    return travels(common, row) && common.bodies.generation[row] == body.generation;
+    return is_shared_out(common.bodies, row) && common.bodies.generation[row] == body.generation;
   };
   const auto leave_out = [](auto& list, auto&& is_left_out) {
     const auto* const end = std::remove_if(list.begin(), list.end(), is_left_out);
     list.drop_back(list.end() - end);
   };
   const auto is_told_pair = [&](const TouchingPair& pair) {
-    return is_there(common, pair) && (is_told(pair.body_a) || is_told(pair.body_b));
+    return !is_there(common, pair) || is_told(pair.body_a) || is_told(pair.body_b);
   };
   leave_out(common.events.touching, [&](const TouchRow& row) { return is_told_pair(row.pair); });
   leave_out(common.events.sensed, is_told_pair);
@@ -210,11 +207,8 @@ std::vector<std::byte> messages_of_part(World& world, Crew& crew) {
 }
 
 // Holds the world, a snapshot of it, and what that takes to check.
-Snapshot add_parts(Snapshot common, PartSource& source) {
-  std::optional<World> world(std::in_place);
-  restore(*world, common);
-  common = {};
-  WorldData& data = internals(*world);
+Snapshot add_parts(World world, PartSource& source) {
+  WorldData& data = internals(world);
   {
     MessageReader messages(source);
     Workers workers(1);
@@ -227,8 +221,8 @@ Snapshot add_parts(Snapshot common, PartSource& source) {
     data.border.reset();
   }
   Snapshot whole;
-  save(*world, whole);
-  world.reset();
+  save(world, whole);
+  world = World{};
   SnapshotData& saved = *SnapshotAccess::data(whole);
   check_saved(saved);
   saved.handle_tag = 0;  // of no world that anybody knows

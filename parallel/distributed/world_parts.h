@@ -46,7 +46,7 @@ class PartSource {
 
 // The whole world, of what all ranks had in common and all their messages. What has come of it is checked.
 // Throws what the source throws, and Error where messages do not fit.
-Snapshot add_parts(Snapshot common, PartSource& source);
+Snapshot add_parts(World common, PartSource& source);
 
 // Of `parts` ranks that have written messages, which reader takes those of `part`. Those of ranks that were
 // side by side stay together.

@@ -11,6 +11,7 @@
 #include <parallel/broad_phase/merge_pairs.h>
 #include <parallel/crew/list_where.h>
 #include <parallel/distributed/border.h>
+#include <parallel/distributed/give_events.h>
 #include <parallel/events/contact_questions.h>
 #include <parallel/stages.h>
 
@@ -327,6 +328,8 @@ void list_contact_events(WorldData& data, float dt, Crew& crew) {
   for (const std::int32_t row : events.judged) data.contacts.resting_marks.mark(row);
   move_touching(data, events.judged);
   events.touching.swap(events.before);
+  const Border* const border = border_of(data);
+  if (border != nullptr && border->events_stale) forget_untold(data, *border, events.before);
   const bool solved = dt > 0.0f;
   const PairList all = list_pairs(data, crew);
   const int rows = static_cast<int>(all.pair.size());

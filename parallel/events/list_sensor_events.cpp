@@ -8,6 +8,7 @@
 // and behind it afterwards. Such shapes are cast along their way, past sensors as these move. A sensor that
 // moves as fast is cast past the others. Turns are those at the end of the step.
 #include <parallel/distributed/border.h>
+#include <parallel/distributed/give_events.h>
 #include <parallel/queries/query_distance.h>
 #include <parallel/queries/query_mesh.h>
 #include <parallel/queries/query_ray.h>
@@ -15,6 +16,7 @@
 #include <parallel/stages.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -256,6 +258,9 @@ void list_changes(const WorldData& data, const Sights& seen, const Sights& passe
 
 void list_sensor_events(WorldData& data, float dt, Crew& crew) {
   Events& events = data.events;
+  Border* const border = border_of(data);
+  if (border != nullptr && std::exchange(border->events_stale, false))
+    forget_untold(data, *border, events.sensed);
   if (data.shapes.sensors == 0 && events.sensed.empty()) return;
   Sights seen, passes;
   if (data.shapes.sensors > 0) {

@@ -26,6 +26,12 @@ namespace {
   throw Error("play_recording: " + file + ": " + problem.what(), problem.code());
 }
 
+// Of what was read: as a rank refuses messages, which says nothing of files.
+Error as_damage(const Error& error) {
+  if (error.code() != ErrorCode::invalid_value) return error;
+  return Error(std::string("the parts of a keyframe do not fit: ") + error.what(), ErrorCode::corrupt_data);
+}
+
 // Does the work on all ranks, or throws on all of them, with the name of the file.
 template <class Work>
 void do_together(Transport& transport, const std::string& file, Work&& work) {
@@ -79,10 +85,14 @@ FileShare read_keyframe(RecordingFile& recording, std::size_t chunk, const std::
   do_together(transport, file, [&] { parts.emplace(recording, chunk); });
   std::vector<std::int32_t> owners;
   if (const auto problem = attempt([&] { owners = find_owners(share.world, *parts, transport); }))
-    refuse(file, *problem);  // as all ranks do
+    refuse(file, as_damage(*problem));  // as all ranks do
   do_together(transport, file, [&] {
     Crew crew(workers);  // ends here: steps call helpers of their own
-    share.world = read_share(std::move(share.world), *parts, owners, transport, crew);
+    try {
+      share.world = read_share(std::move(share.world), *parts, owners, transport, crew);
+    } catch (const Error& error) {
+      throw as_damage(error);
+    }
     check_positions(internals(share.world));
   });
   return share;
@@ -104,11 +114,11 @@ DistributedWorld play_recording(const std::string& file, std::uint64_t from, std
   DistributedWorld world =
       SharedReader::make(read_keyframe(*recording, chunk, file, identity, transport, workers), "recording",
                          transport, workers, options);
-  RecordStream stream(*recording);
-  stream.go_behind(chunk);
+  std::optional<RecordStream> stream;
+  do_together(transport, file, [&] { stream.emplace(*recording).go_behind(chunk); });
   for (std::uint64_t done = recording->keyframe_steps()[keyframe]; done < to; ++done) {
     RecordStream::Step next{};
-    do_together(transport, file, [&] { next = stream.next_step(&world.world()); });
+    do_together(transport, file, [&] { next = stream->next_step(&world.world()); });
     world.step(next.dt, workers);
     if (world.hash() != next.hash) {
       throw Error("play_recording: " + file + ": step " + std::to_string(done + 1) +

@@ -270,11 +270,12 @@ Snapshot RecordingFile::first_state(std::size_t chunk) {
 }
 
 Snapshot RecordingFile::state(std::size_t chunk) {
-  Snapshot first = first_state(chunk);
-  if (!is_shared(chunk)) return first;
+  if (!is_shared(chunk)) return first_state(chunk);
+  World common;
+  restore(common, first_state(chunk));
   PartChunks parts(*this, chunk);
   try {
-    return add_parts(std::move(first), parts);
+    return add_parts(std::move(common), parts);
   } catch (const RefusedRecording&) {
     throw;
   } catch (const Error& error) {  // as a rank refuses messages

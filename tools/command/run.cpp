@@ -237,7 +237,9 @@ std::uint64_t memory_of_each(const scenes::Scene& scene, const Team& team, const
   const std::uint64_t bodies = scene.bodies.size();
   const std::uint64_t part =
       bodies * (kBytesPerBody / ranks + kBytesPerAbsentBody) + scene.joints.size() * kBytesPerJoint;
-  // Who reads or writes a file has its part of the world several times meanwhile.
+  // A checkpoint of a single process each of them reads as a whole. Who reads or writes a file has its part
+  // of the world several times meanwhile.
+  if (!options.resume.empty() && checkpoint_ranks(options.resume) == 1) return 3 * bodies * kBytesPerBody;
   const bool has_files = !options.record.empty() || !options.checkpoint.empty() || !options.resume.empty();
   return has_files ? 3 * part : part;
 }

@@ -61,7 +61,9 @@ class MpiTeam final : public Team {
   }
   DistributedWorld& world() override { return *world_; }
   DistributedWorld read(const std::string& checkpoint, double latency, Workers& workers) override {
+    checkpoint_ranks(checkpoint);  // what is no checkpoint is told by one
     meet();
+    has_begun_ = true;
     return read_checkpoint(checkpoint, delayed_by(latency), workers);
   }
   void replace(DistributedWorld world) override { world_ = std::move(world); }

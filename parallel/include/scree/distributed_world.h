@@ -146,6 +146,10 @@ SCREE_API DistributedWorld read_checkpoint(const std::string& file, Transport& t
 /// it, for what cannot be read, is no checkpoint, was changed or cut off, or was written by another version.
 SCREE_API World read_checkpoint(const std::string& file);
 
+/// How many ranks have written a checkpoint, each its part; 1: it is whole, so that each rank reads all of
+/// it. Looks at the begin of the file alone. Throws Error as read_checkpoint.
+SCREE_API int checkpoint_ranks(const std::string& file);
+
 /// As DistributedWorld::checkpoint, by a single process. Throws Error as that one, and for a world that was
 /// moved from.
 SCREE_API void write_checkpoint(const World& world, const std::string& file);

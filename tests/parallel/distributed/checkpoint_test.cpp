@@ -19,9 +19,12 @@
 #include <fstream>
 #include <initializer_list>
 #include <iterator>
+#include <mutex>
 #include <numeric>
+#include <set>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace scree {
@@ -190,6 +193,96 @@ TEST(Checkpoint, HoldsWhatCallsHaveLeft) {
   const std::vector<std::uint64_t> future = hashes_of_steps(expected, 40);
   EXPECT_EQ(hashes_of_steps(alone, 40), future);
   for (const int ranks : {2, 3}) expect_future(file.name, ranks, future);
+}
+
+// What the steps after a checkpoint tell of contacts and sensors, each once whoever tells it.
+using Told = std::set<std::tuple<int, int, std::uint32_t, std::uint32_t>>;  // step, kind, shapes
+
+void note_events(const World& world, int step, Told& told) {
+  for (const ContactEvent& event : world.contact_begins())
+    told.insert({step, 0, event.shape_a.index, event.shape_b.index});
+  for (const ContactEnd& event : world.contact_ends())
+    told.insert({step, 1, event.shape_a.index, event.shape_b.index});
+  for (const SensorEvent& event : world.sensor_begins())
+    told.insert({step, 2, event.sensor.index, event.visitor.index});
+  for (const SensorEvent& event : world.sensor_ends())
+    told.insert({step, 3, event.sensor.index, event.visitor.index});
+}
+
+// Of bodies and shapes that go, or become everybody's, right before it.
+TEST(Checkpoint, LetsNoEventOfContactsGetLost) {
+  const TemporaryFile file("checkpoint_events");
+  constexpr int kMore = 3;
+  const auto make = [] {
+    World world = make_mixture();
+    const BodyId gate = world.create_body({.type = BodyType::fixed});
+    world.add_shape(gate, Box{{6, 1, 6}}, {}, {.local_pose = {{0, 1.5f, 0}, {}}, .sensor = true});
+    return world;
+  };
+  const auto make_calls = [](World& world) {
+    for (std::uint32_t place = 4; place < 70; place += 9) {
+      const BodyId body = world.body_at(kFirstBody + place);
+      ShapeId shape;
+      if (place % 3 == 0) world.destroy_body(body);
+      if (place % 3 == 1) world.set_body_type(body, BodyType::kinematic);
+      if (place % 3 == 2 && world.shapes_of(body, {&shape, 1}) > 0) world.destroy_shape(shape);
+    }
+    world.destroy_body(world.body_at(kFirstBody + 20));
+    ShapeId shape;
+    if (world.shapes_of(world.body_at(kFirstBody + 33), {&shape, 1}) > 0) world.destroy_shape(shape);
+  };
+  for (const int before : {60, 400}) {
+    World expected = make();
+    hashes_of_steps(expected, before);
+    make_calls(expected);
+    Told right;
+    for (int i = 0; i < kMore; ++i) {
+      hashes_of_steps(expected, 1);
+      note_events(expected, i, right);
+    }
+    EXPECT_GT(right.size(), 8u);
+    for (const int writers : {1, 3, 5}) {
+      auto errors = run_ranks(writers, [&](int, Transport& transport) {
+        DistributedWorld world(make(), transport, {.steps_per_look = 9, .imbalance = 1.0f});
+        Workers workers(1);
+        for (int i = 0; i < before; ++i) world.step(kStep, workers);
+        make_calls(world.world());
+        world.checkpoint(file.name, workers);
+      });
+      EXPECT_EQ(all_of(errors), "");
+      World alone = read_checkpoint(file.name);
+      Told by_one;
+      for (int i = 0; i < kMore; ++i) {
+        hashes_of_steps(alone, 1);
+        note_events(alone, i, by_one);
+      }
+      EXPECT_EQ(by_one, right) << "1 process after " << writers;
+      for (const int readers : {2, 4, 6}) {
+        Told told;
+        std::mutex mutex;
+        errors = run_ranks(readers, [&](int, Transport& transport) {
+          Workers workers(1);
+          DistributedWorld world = read_checkpoint(file.name, transport, workers);
+          for (int i = 0; i < kMore; ++i) {
+            world.step(kStep, workers);
+            const std::lock_guard lock(mutex);
+            note_events(world.world(), i, told);
+          }
+        });
+        EXPECT_EQ(all_of(errors), "");
+        EXPECT_EQ(told, right) << readers << " ranks after " << writers;
+      }
+    }
+  }
+}
+
+TEST(Checkpoint, TellsHowManyRanksWroteIt) {
+  const TemporaryFile file("checkpoint_ranks");
+  EXPECT_THROW(checkpoint_ranks(file.name), Error);
+  for (const int ranks : {1, 3}) {
+    write_on_ranks(file.name, ranks, 2);
+    EXPECT_EQ(checkpoint_ranks(file.name), ranks);
+  }
 }
 
 std::string refusal(const TemporaryFile& file) {

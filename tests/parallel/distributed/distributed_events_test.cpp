@@ -92,6 +92,12 @@ World make_eventful(std::vector<BodyId>& bodies) {
 
 void stir(World& world, const std::vector<BodyId>& bodies, int step) {
   if (step == 90) world.destroy_body(bodies[bodies.size() / 3]);
+  if (step == 200 || step == 240) {  // some of which are in the gate
+    for (std::size_t i = 7; i < bodies.size(); i += 20) {
+      if (world.is_alive(bodies[i]))
+        world.set_body_type(bodies[i], step == 200 ? BodyType::kinematic : BodyType::dynamic);
+    }
+  }
   if (step == 380) world.set_linear_velocity(bodies[bodies.size() / 2], {0.5f, 6, 0});
 }
 
