@@ -27,6 +27,26 @@ struct Changes {
   std::vector<std::int32_t> retyped;                     // these, and bodies that were everybody's
 };
 
+// Fixed bodies that calls create are in no list of what has changed, but their shapes are.
+void note_fixed(const WorldData& data, Border& border) {
+  for (const std::int32_t shape : data.shapes.dirty) {
+    const std::int32_t body = data.shapes.body[shape];
+    const auto row = static_cast<std::size_t>(body);
+    if ((data.shapes.flags[shape] & kShapeAlive) != 0 && data.bodies.type[body] == BodyType::fixed &&
+        border.generation[row] != known_generation(data.bodies, row))
+      border.fixed_later[body] = data.bodies.generation[body];
+  }
+}
+
+// Whether the body was a fixed one that note_fixed() has seen.
+bool was_fixed(const WorldData& data, Border& border, std::int32_t body) {
+  const auto found = border.fixed_later.find(body);
+  if (found == border.fixed_later.end()) return false;
+  const std::uint32_t generation = found->second;
+  border.fixed_later.erase(found);
+  return generation == data.bodies.generation[body];
+}
+
 void adopt(WorldData& data, Border& border, std::int32_t body, Changes& changes) {
   const auto place = static_cast<std::size_t>(body);
   std::int32_t& owner = border.owner[place];
@@ -34,7 +54,8 @@ void adopt(WorldData& data, Border& border, std::int32_t body, Changes& changes)
                           data.bodies.generation[body];
   const bool dynamic = is_shared_out(data.bodies, body), was_owned = owner != kEveryRank;
   if (dynamic == was_owned && !(dynamic && is_another)) return;
-  if (!is_another && (data.bodies.flags[body] & kBodyAlive) != 0) changes.retyped.push_back(body);
+  if ((data.bodies.flags[body] & kBodyAlive) != 0 && (!is_another || was_fixed(data, border, body)))
+    changes.retyped.push_back(body);
   if (was_owned) {
     changes.gone.push_back(body);
     if (!is_another && (data.bodies.flags[body] & kBodyAlive) != 0) {
@@ -144,6 +165,7 @@ void adopt_calls(WorldData& data, Border& border) {
   border.generation.resize(bodies.flags.size(), 0);
   if (!bodies.lists_dirty && data.shapes.dirty.empty()) return;
   check_new_bodies(data, border);
+  note_fixed(data, border);
   Changes changes;
   changes.became_common.resize(border.halos.size());
   if (bodies.all_changed) {

@@ -102,8 +102,7 @@ void check_new_bodies(const WorldData& data, const Border& border) {
   const auto check = [&](std::int32_t body) {
     const auto row = static_cast<std::size_t>(body);
     const bool is_new = row >= border.generation.size() || border.generation[row] != bodies.generation[row];
-    if (is_new && (bodies.flags[row] & kBodyAlive) != 0 && bodies.type[row] == BodyType::dynamic)
-      check_position(bodies, body);
+    if (is_new && is_shared_out(bodies, row)) check_position(bodies, body);
   };
   if (!bodies.all_changed) {
     for (const std::int32_t body : bodies.changed) check(body);

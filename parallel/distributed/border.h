@@ -22,6 +22,7 @@
 #include <functional>
 #include <iterator>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -91,8 +92,10 @@ struct Border final : Part {
 
   CountedTransport transport;
   const std::int32_t here = transport.rank();
-  std::vector<std::int32_t> owner;                              // by body: rank, or kEveryRank
-  std::vector<std::uint32_t> generation;                        // by row: of the body whose owner that is
+  std::vector<std::int32_t> owner;        // by body: rank, or kEveryRank
+  std::vector<std::uint32_t> generation;  // by row: of the body whose owner that is
+  // Of bodies that calls have created fixed: in `generation` they come when they are another type.
+  std::unordered_map<std::int32_t, std::uint32_t> fixed_later;
   std::function<std::int32_t(std::int32_t body)> owner_of_new;  // of bodies that calls create
   std::vector<Halo> halos;                                      // by rank
   bool halos_stale = true;             // owners have changed: what is lent must be sent anew

@@ -1,11 +1,12 @@
 // See give_events.h. What calls have destroyed stays where it is, and ends there.
 #include <core/world/pair_key.h>
+#include <core/world/resting_pairs.h>
 #include <parallel/distributed/give_events.h>
 #include <parallel/distributed/messages.h>
 
 #include <algorithm>
 #include <cstddef>
-#include <type_traits>
+#include <iterator>
 #include <utility>
 
 namespace scree {
@@ -26,6 +27,16 @@ const TouchingPair& pair_of(const TouchingPair& row) { return row; }
 
 std::int32_t body_a_of(const TouchingPair& pair) { return static_cast<std::int32_t>(pair.body_a.index); }
 std::int32_t body_b_of(const TouchingPair& pair) { return static_cast<std::int32_t>(pair.body_b.index); }
+
+// Whether this rank has the row of the pair beside its pair at rest.
+bool rests_here(const WorldData& data, const TouchingPair& pair) {
+  bool is_here = false;
+  const Column<TouchRow>& resting = data.events.resting;
+  for_each_resting(data, static_cast<std::int32_t>(pair.shape_a.index), [&](std::int32_t row, std::int32_t) {
+    is_here = is_here || (std::cmp_less(row, resting.size()) && resting[row].pair == pair);
+  });
+  return is_here;
+}
 
 // Of a pair that is there.
 bool is_of_everybody(const WorldData& data, const TouchingPair& pair) {
@@ -105,16 +116,19 @@ namespace {
 // All ranks learn of the rows that is_asked_for(pair) holds for what they tell of.
 template <class IsAskedFor>
 void share_rows_of(WorldData& data, Border& border, IsAskedFor&& is_asked_for) {
-  const auto gather = [&](const auto& rows) {
-    std::vector<std::remove_cvref_t<decltype(rows[0])>> own;
-    for (const auto& row : rows) {
-      if (is_there(data, pair_of(row)) && is_asked_for(pair_of(row))) own.push_back(row);
-    }
+  const auto gather = [&](auto own) {
+    std::erase_if(
+        own, [&](const auto& row) { return !is_there(data, pair_of(row)) || !is_asked_for(pair_of(row)); });
     return gather_lists(border.transport, own, [](const auto&) { return true; });
   };
+  const Events& events = data.events;
+  std::vector<TouchRow> touching(events.touching.begin(), events.touching.end());
+  std::copy_if(events.resting.begin(), events.resting.end(), std::back_inserter(touching),
+               [](const TouchRow& row) { return row.events != 0; });
   SentEvents all;
-  all.touching = gather(data.events.touching);
-  all.sensed = gather(data.events.sensed);
+  all.touching = gather(std::move(touching));
+  all.sensed = gather(std::vector<TouchingPair>(events.sensed.begin(), events.sensed.end()));
+  std::erase_if(all.touching, [&](const TouchRow& row) { return rests_here(data, row.pair); });
   take_events(data, border, all);
 }
 

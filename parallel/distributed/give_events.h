@@ -44,7 +44,7 @@ std::vector<SentEvents> pack_events(const WorldData& data, const Border& border,
 // along.
 void append_left_events(const WorldData& data, SentEvents& sent);
 // Bodies have become everybody's or one rank's: who tells of a pair with one of them from now on learns
-// whether it touches. All ranks call it together, for the same bodies. Pairs at rest stay what they are.
+// whether it touches. All ranks call it together, for the same bodies.
 void share_events_of(WorldData& data, Border& border, std::span<const std::int32_t> bodies);
 // What sensors of everybody's bodies see of such bodies all ranks tell: all of them learn what any knows. All
 // ranks call it together.

@@ -239,7 +239,8 @@ std::uint64_t memory_of_each(const scenes::Scene& scene, const Team& team, const
       bodies * (kBytesPerBody / ranks + kBytesPerAbsentBody) + scene.joints.size() * kBytesPerJoint;
   // A checkpoint of a single process each of them reads as a whole. Who reads or writes a file has its part
   // of the world several times meanwhile.
-  if (!options.resume.empty() && checkpoint_ranks(options.resume) == 1) return 3 * bodies * kBytesPerBody;
+  if (!options.resume.empty() && checkpoint_ranks(options.resume) == 1)
+    return 3 * (bodies * kBytesPerBody + scene.joints.size() * kBytesPerJoint);
   const bool has_files = !options.record.empty() || !options.checkpoint.empty() || !options.resume.empty();
   return has_files ? 3 * part : part;
 }
@@ -444,7 +445,7 @@ RunFigures run(const RunOptions& options, Team* team) {
   std::vector<World> worlds;
   std::vector<Cast> casts;
   worlds.reserve(plan.worlds.size());
-  std::optional<DistributedWorld> checkpoint;  // before the team has a world: all of it refuses a file alike
+  std::optional<DistributedWorld> checkpoint;
   if (team != nullptr && !options.resume.empty())
     checkpoint.emplace(team->read(options.resume, options.latency.value_or(0.0), workers));
   for (scenes::Scene& scene : plan.worlds) {

@@ -50,10 +50,10 @@ struct RankStats {
 /// An Error that a call throws because of what a body is, as of a mass that is too large, is thrown by those
 /// ranks that know the body: end the run, as for step().
 ///
-/// Dynamic bodies must be created within 16384 m of the origin along each axis. Where one is farther out,
-/// what all ranks do together, such as step() and hash(), throws an Error on all of them, and goes on when
-/// the body is destroyed. Bodies may move farther, but a world that is shared out must not have such ones:
-/// who goes on from a checkpoint destroys them before.
+/// Dynamic bodies, and fixed ones that become dynamic, must be created within 16384 m of the origin along
+/// each axis. Where one is farther out, what all ranks do together, such as step() and hash(), throws an
+/// Error on all of them, and goes on when the body is destroyed. Bodies may move farther, but a world that is
+/// shared out must not have such ones: who goes on from a checkpoint destroys them before.
 ///
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///

@@ -137,5 +137,71 @@ TEST(DistributedEvents, AreThoseOfOneProcessOnTheOwners) {
   for (std::size_t i = 0; i < kSteps; ++i) ASSERT_EQ(found[i], expected[i]) << "step " << i;
 }
 
+// Fixed plates under sleepers and sliders become dynamic: who owns them then knows what lies on them. Some
+// were there at first, some come later.
+TEST(DistributedEvents, OfWhatBecomesDynamicBeginNotAgain) {
+  constexpr int kSteps = 330;
+  const auto add_plate = [](World& world, float x) {
+    const BodyId plate = world.create_body({.type = BodyType::fixed, .position = {x, 0.0f, 0}});
+    world.add_shape(plate, Box{{0.45f, 0.2f, 2}});
+    return plate;
+  };
+  const auto run = [&](World& world, auto&& take_step, auto&& note) {
+    std::vector<BodyId> plates;
+    for (int i = 0; i < kSteps; ++i) {
+      if (i == 0 || i == 20) {
+        for (int k = i == 0 ? 0 : 1; k < 12; k += 2) {
+          const float x = static_cast<float>(k) - 6;
+          plates.push_back(add_plate(world, x));
+          for (const float z : {-1.0f, 0.0f, 1.0f}) {
+            const BodyId box = world.create_body({.position = {x, 0.52f, z}});
+            world.add_shape(box, Box{{0.6f, 0.3f, 0.3f}});  // over the next plates, too
+            if (z > 0) world.set_linear_velocity(box, {0, 0, 0.4f});
+          }
+        }
+      }
+      if (i == 30) world.set_body_type(plates[7], BodyType::dynamic);  // under what is awake
+      if (i == 300) {
+        for (const std::size_t plate : {1u, 4u, 9u, 10u})
+          world.set_body_type(plates[plate], BodyType::dynamic);
+      }
+      take_step();
+      note(i);
+    }
+  };
+  const auto make = [] {
+    WorldSettings settings;
+    settings.contact_events = ContactEvents::all;
+    World world(settings);
+    world.add_shape(world.create_body({.type = BodyType::fixed}), Box{{30, 0.5f, 30}}, {},
+                    {.local_pose = {{0, -0.75f, 0}, {}}});
+    return world;
+  };
+  std::vector<EventsOfStep> expected(kSteps), found(kSteps);
+  World one = make();
+  Workers one_thread(1);
+  std::int64_t awake = 0;  // before those that sleep are disturbed
+  run(
+      one, [&] { step(one, kStep, one_thread); },
+      [&](int i) {
+        add_events(one, expected[static_cast<std::size_t>(i)]);
+        if (i == 299) awake = one.stats().awake_bodies;
+      });
+  EXPECT_LT(awake, 18) << "half of the boxes";
+  std::mutex mutex;
+  const auto errors = run_ranks(4, [&](int, Transport& transport) {
+    DistributedWorld world(make(), transport, {.steps_per_look = 5, .imbalance = 1.0f});
+    Workers workers(1);
+    run(
+        world.world(), [&] { world.step(kStep, workers); },
+        [&](int i) {
+          const std::lock_guard lock(mutex);
+          add_events(world.world(), found[static_cast<std::size_t>(i)]);
+        });
+  });
+  EXPECT_EQ(all_of(errors), "");
+  for (std::size_t i = 0; i < kSteps; ++i) ASSERT_EQ(found[i], expected[i]) << "step " << i;
+}
+
 }  // namespace
 }  // namespace scree

@@ -169,6 +169,23 @@ TEST(DistributedRefusal, GoesOnWhereABodyWasTooFarOut) {
   std::filesystem::remove(file);
 }
 
+// Fixed bodies may be anywhere.
+TEST(DistributedRefusal, NoFixedBodyFarOutBecomesDynamic) {
+  const auto errors = run_ranks(3, [&](int, Transport& transport) {
+    DistributedWorld world(falling_pile().world, transport);
+    Workers workers(1);
+    world.step(kStep, workers);
+    const BodyId body = world.world().create_body({.type = BodyType::fixed, .position = {0, 20000, 0}});
+    world.world().add_shape(body, Box{});
+    world.step(kStep, workers);
+    world.world().set_body_type(body, BodyType::dynamic);
+    EXPECT_THROW(world.step(kStep, workers), Error);
+    world.world().set_body_type(body, BodyType::fixed);
+    world.step(kStep, workers);
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
 // Parts that follow the one with the far body are taken by all ranks, too.
 TEST(DistributedRefusal, WhatIsGivenWithABodyTooFarOutIsOnAllRanks) {
   constexpr int kBodies = 60000;  // some MiB of calls, more than one part
