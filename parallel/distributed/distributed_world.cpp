@@ -12,6 +12,7 @@
 #include <parallel/distributed/messages.h>
 #include <parallel/distributed/partition.h>
 #include <parallel/distributed/send_bodies.h>
+#include <parallel/distributed/world_parts.h>
 #include <parallel/recording/shared_keyframe.h>
 #include <scree/distributed_world.h>
 #include <scree/error.h>
@@ -226,28 +227,6 @@ struct DistributedWorld::Impl {
     give_bodies(data(), given, crew);
   }
 
-  // Brings all bodies to rank 0, which works on the whole world then, and takes them back. Does nothing else
-  // where there is no other rank to take them from. All ranks throw what the work throws.
-  template <class Work>
-  void while_whole(Workers& workers, Work&& work) {
-    check_not_giving(border());
-    adopt_calls(data(), border());
-    bool& is_stale = data().contacts.manifolds_stale;  // which those find who have the body
-    is_stale = !border().transport.holds_everywhere(!is_stale);
-    const std::vector<std::int32_t> owners = border().owner;
-    std::vector<GivenBody> given;
-    for_each_own([&](std::int32_t body) { given.push_back({body, 0}); });
-    Crew crew(workers);
-    give_bodies(data(), given, crew);
-    PartOwner part = here() == 0 ? std::move(data().border) : nullptr;
-    const std::optional<Error> problem = on_first([&] { work(); });
-    if (part != nullptr) data().border = std::move(part);
-    given.clear();
-    for_each_own([&](std::int32_t body) { given.push_back({body, owners[static_cast<std::size_t>(body)]}); });
-    give_bodies(data(), given, crew);
-    if (problem) throw *problem;
-  }
-
   // Rank 0 works. All ranks get what it has thrown.
   template <class Work>
   std::optional<Error> on_first(Work&& work) {
@@ -443,7 +422,11 @@ void DistributedWorld::stats(std::span<RankStats> by_rank) {
 }
 
 void DistributedWorld::save(Snapshot& snapshot, Workers& workers) {
-  impl_->while_whole(workers, [&] { scree::save(impl_->world, snapshot); });
+  check_not_giving(impl_->border());
+  adopt_calls(impl_->data(), impl_->border());
+  Crew crew(workers);
+  const std::optional<Error> problem = save_whole(impl_->world, snapshot, crew);
+  if (problem) throw *problem;
 }
 
 void DistributedWorld::checkpoint(const std::string& file, Workers& workers) {

@@ -206,20 +206,89 @@ std::vector<std::byte> messages_of_part(World& world, Crew& crew) {
   return messages.take();
 }
 
+namespace {
+
+// All messages -> the world, of which nothing is shared out any more.
+void receive_whole(WorldData& data, PartSource& source) {
+  MessageReader messages(source);
+  Workers workers(1);
+  Crew crew(workers);
+  divide_world(data, messages, std::vector<std::int32_t>(data.bodies.flags.size(), 0));
+  std::vector<std::int32_t> all(static_cast<std::size_t>(source.ranks()));
+  std::iota(all.begin(), all.end(), 0);
+  receive_all_bodies(data, messages, all, crew);
+  messages.check_end();
+  data.border.reset();
+}
+
+// What ranks send to rank 0 now, one after the other.
+class SentParts final : public PartSource {
+ public:
+  SentParts(Transport& transport, std::vector<std::byte> own) : transport_(transport), own_(std::move(own)) {}
+  // Where the work has ended too early, nothing that was sent may stay on its way.
+  ~SentParts() {
+    try {
+      while (next_ < ranks()) receive();
+    } catch (...) {  // the rank has left, and its next message is missed
+    }
+  }
+  SentParts(const SentParts&) = delete;
+  SentParts& operator=(const SentParts&) = delete;
+  int ranks() const override { return transport_.ranks(); }
+  std::vector<std::byte> part(int rank) override {
+    if (rank == 0) return std::move(own_);
+    const std::span<const std::byte> message = receive();
+    return {message.begin(), message.end()};
+  }
+  void refuse(int rank, std::size_t, const std::string&) const override { refuse_world_of(rank); }
+
+ private:
+  std::span<const std::byte> receive() { return transport_.receive(next_++); }
+  Transport& transport_;
+  std::vector<std::byte> own_;
+  int next_ = 1;
+};
+
+World world_of_common(World& world) {
+  Snapshot common;
+  SnapshotAccess::data(common) = std::make_unique<SnapshotData>();
+  save_common(world, *SnapshotAccess::data(common));
+  World copy;
+  restore(copy, common);
+  return copy;
+}
+
+}  // namespace
+
+std::optional<Error> save_whole(World& world, Snapshot& snapshot, Crew& crew) {
+  WorldData& data = internals(world);
+  Transport& transport = border_of(data)->transport;
+  std::vector<std::byte> own;
+  if (std::optional<Error> problem = agree(transport, attempt([&] {
+                                             if (has_parts(world)) own = messages_of_part(world, crew);
+                                           })))
+    return problem;
+  if (transport.rank() != 0) {
+    send_list<std::byte>(transport, 0, std::exchange(own, {}));
+    return tell_all(transport, std::optional<Error>{});
+  }
+  return tell_all(transport, attempt([&] {
+                    SentParts parts(transport, std::move(own));
+                    std::unique_ptr<SnapshotData>& saved = SnapshotAccess::data(snapshot);
+                    if (!has_parts(world)) {
+                      if (saved == nullptr) saved = std::make_unique<SnapshotData>();
+                      return save_common(world, *saved);
+                    }
+                    World whole = world_of_common(world);
+                    receive_whole(internals(whole), parts);
+                    save(whole, snapshot);
+                    saved->handle_tag = data.handle_tags.given;
+                  }));
+}
+
 // Holds the world, a snapshot of it, and what that takes to check.
 Snapshot add_parts(World world, PartSource& source) {
-  WorldData& data = internals(world);
-  {
-    MessageReader messages(source);
-    Workers workers(1);
-    Crew crew(workers);
-    divide_world(data, messages, std::vector<std::int32_t>(data.bodies.flags.size(), 0));
-    std::vector<std::int32_t> all(static_cast<std::size_t>(source.ranks()));
-    std::iota(all.begin(), all.end(), 0);
-    receive_all_bodies(data, messages, all, crew);
-    messages.check_end();
-    data.border.reset();
-  }
+  receive_whole(internals(world), source);
   Snapshot whole;
   save(world, whole);
   world = World{};

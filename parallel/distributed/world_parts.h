@@ -7,12 +7,14 @@
 #include <core/state/snapshot/snapshot.h>
 #include <core/world/world_data.h>
 #include <parallel/crew/crew.h>
+#include <scree/error.h>
 #include <scree/snapshot.h>
 #include <scree/transport.h>
 #include <scree/world.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,6 +33,10 @@ bool has_parts(const World& world);
 void save_common(World& world, SnapshotData& snapshot);
 // A rank's bodies: message by message u64 its bytes, and these. The world stays what it is.
 std::vector<std::byte> messages_of_part(World& world, Crew& crew);
+
+// Saves the whole world on rank 0, of all ranks' messages; elsewhere `snapshot` stays as it is. The world
+// stays what it is. What is wrong is the same on all ranks, which call it together.
+std::optional<Error> save_whole(World& world, Snapshot& snapshot, Crew& crew);
 
 // Where the messages of ranks are read.
 class PartSource {

@@ -401,6 +401,29 @@ TEST(DistributedWorld, JointsBreakAsInOneProcess) {
   for (const int ranks : {2, 3}) expect_bits_of_one(make, ranks, 150, {.steps_per_look = 4}, {});
 }
 
+// A world that goes back to what rank 0 has saved knows the handles that rank 0 has given.
+TEST(DistributedWorld, SavesItsHandles) {
+  for (const int ranks : {1, 3}) {
+    const auto errors = run_ranks(ranks, [&](int rank, Transport& transport) {
+      Workers workers(1);
+      World world;
+      const BodyId body = world.create_body({.position = {0, 3, 0}});
+      world.add_shape(body, Sphere{0.5f});
+      DistributedWorld shared(std::move(world), transport);
+      shared.step(kStep, workers);
+      Snapshot snapshot;
+      shared.save(snapshot, workers);
+      shared.save(snapshot, workers);  // into the same one
+      if (rank != 0) return;
+      World restored;
+      restore(restored, snapshot);
+      ASSERT_TRUE(restored.is_alive(body)) << ranks << " ranks";
+      EXPECT_LT(restored.pose(body).position.y, 3.0f);
+    });
+    EXPECT_EQ(all_of(errors), "");
+  }
+}
+
 TEST(DistributedWorld, GoesOnFromASnapshotWithAnyNumberOfRanks) {
   constexpr int kSaved = 50, kSteps = 90;
   const std::vector<std::uint64_t> expected = hashes_of_one(falling_column, kSteps, {});
