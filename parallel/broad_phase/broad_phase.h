@@ -189,6 +189,8 @@ void refit_leaf(const WorldData& data, PairTree& tree, std::int32_t block, Crew&
 void add_pairs(WorldData& data, const PairRows& added, Crew& crew);
 // Moves all pairs at rest there, until the next list of pairs.
 void pull_all_pairs(WorldData& data, Crew& crew);
+// Moves the pairs at rest of these bodies there.
+void pull_pairs_of(WorldData& data, std::span<const std::int32_t> bodies, Crew& crew);
 // Which pairs a join finds.
 enum class JoinScope {
   all,

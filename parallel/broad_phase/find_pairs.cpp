@@ -248,6 +248,21 @@ void pull_all_pairs(WorldData& data, Crew& crew) {
   take_rows(data, broad_phase, crew);
 }
 
+void pull_pairs_of(WorldData& data, std::span<const std::int32_t> bodies, Crew& crew) {
+  BroadPhase& broad_phase = broad_phase_of(data);
+  std::vector<std::int32_t> rows;
+  for (const std::int32_t body : bodies) {
+    for (std::int32_t shape = data.bodies.first_shape[body]; shape >= 0; shape = data.shapes.next[shape])
+      for_each_resting(data, shape, [&](std::int32_t row, std::int32_t) { rows.push_back(row); });
+  }
+  if (rows.empty()) return;
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  broad_phase.frozen_pairs.resize_discarding(rows.size());
+  std::copy(rows.begin(), rows.end(), broad_phase.frozen_pairs.begin());
+  take_rows(data, broad_phase, crew);
+}
+
 void find_pairs(WorldData& data, Crew& crew) {
   BroadPhase& broad_phase = broad_phase_of(data);
   Contacts& contacts = data.contacts;

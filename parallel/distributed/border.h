@@ -98,7 +98,7 @@ struct Border final : Part {
   std::unordered_map<std::int32_t, std::uint32_t> fixed_later;
   std::function<std::int32_t(std::int32_t body)> owner_of_new;  // of bodies that calls create
   std::vector<Halo> halos;                                      // by rank
-  bool halos_stale = true;             // owners have changed: what is lent must be sent anew
+  bool halos_stale = true;             // the world was just shared out: nobody knows what is lent
   bool ties_stale = true;              // owners or joints have changed
   bool events_stale = true;            // owners have changed: others may tell of what touched here
   std::vector<std::int32_t> ghosts;    // all bodies of others that are here, ascending
@@ -162,7 +162,8 @@ void send_all_bodies(WorldData& data, Transport& transport, Crew& crew);
 void receive_all_bodies(WorldData& data, Transport& transport, std::span<const std::int32_t> senders,
                         Crew& crew);
 
-// Owners have changed: what is here of others stays until its owner does not lend it in the next step.
+// The world has been shared out: what is here of others stays until its owner does not lend it in the next
+// step.
 void forget_halos(WorldData& data, Border& border);
 
 // The part of World::hash that is this rank's to add: the parts of all ranks sum up to it.

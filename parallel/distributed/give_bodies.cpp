@@ -50,7 +50,6 @@ struct FoundPair {
 };
 
 void check_given(const WorldData& data, const Border& border, std::span<const GivenBody> given) {
-  std::vector<std::uint8_t> is_given(border.owner.size(), 0);
   for (const auto& [body, to] : given) {
     const std::string name = "give_bodies: body " + std::to_string(body);
     if (body < 0 || std::cmp_greater_equal(body, border.owner.size()) || !border.owns(body))
@@ -59,8 +58,12 @@ void check_given(const WorldData& data, const Border& border, std::span<const Gi
       throw Error(name + " is given to rank " + std::to_string(to) + " of " +
                   std::to_string(border.transport.ranks()));
     }
-    if (is_given[static_cast<std::size_t>(body)]++ != 0) throw Error(name + " is given twice");
   }
+  std::vector<std::int32_t> bodies;
+  for (const GivenBody& one : given) bodies.push_back(one.body);
+  std::sort(bodies.begin(), bodies.end());
+  const auto twice = std::adjacent_find(bodies.begin(), bodies.end());
+  if (twice != bodies.end()) throw Error("give_bodies: body " + std::to_string(*twice) + " is given twice");
   if (std::cmp_not_equal(data.bodies.flags.size(), border.owner.size()))
     throw Error("give_bodies: bodies were created since divide_world");
 }
@@ -184,36 +187,42 @@ void take_joints(WorldData& data, const Border& border, std::int32_t from,
   }
 }
 
-// All ranks tell what they give: owners after that, and whether any has changed.
-bool share_owners(Border& border, std::span<const GivenBody> given, std::vector<std::int32_t>& next_owner) {
+// A body that gets another owner.
+struct Move {
+  std::int32_t body, from, to;
+};
+
+// All ranks tell what they give: the same list everywhere, which ascends.
+std::vector<Move> share_moves(Border& border, std::span<const GivenBody> given) {
   const int here = border.transport.rank(), ranks = border.transport.ranks();
   for (int to = 0; to < ranks; ++to) {
     if (to != here) send_list<GivenBody>(border.transport, to, given);
   }
-  bool any = false;
+  std::vector<Move> moves;
   const auto note = [&](const GivenBody& one, std::int32_t from) {
     check_owner(border, from, one.body);
     if (one.to < 0 || one.to >= ranks) refuse_world_of(from);
-    any = any || one.to != from;
-    next_owner[static_cast<std::size_t>(one.body)] = one.to;
+    if (one.to != from) moves.push_back({one.body, from, one.to});
   };
   for (const GivenBody& one : given) note(one, here);
   for (int from = 0; from < ranks; ++from) {
     if (from == here) continue;
     for (const GivenBody& one : receive_list<GivenBody>(border.transport, from)) note(one, from);
   }
-  return any;
+  std::sort(moves.begin(), moves.end(),
+            [](const Move& one, const Move& other) { return one.body < other.body; });
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    if (moves[i].body == moves[i - 1].body) refuse_world_of(moves[i].from);
+  }
+  return moves;
 }
 
-// All that goes to each receiver. No pair may be at rest.
-std::vector<Parcel> pack(const WorldData& data, const Border& border,
+// All that goes to each receiver of these own bodies, none of which is in a pair at rest.
+std::vector<Parcel> pack(const WorldData& data, const Border& border, std::span<const std::int32_t> bodies,
                          const std::vector<std::int32_t>& next_owner, std::size_t receivers) {
   std::vector<Parcel> parcels(receivers);
-  for (std::size_t body = 0; body < next_owner.size(); ++body) {
-    const auto row = static_cast<std::int32_t>(body);
-    if (border.owns(row) && next_owner[body] != border.here)
-      parcels[static_cast<std::size_t>(next_owner[body])].bodies.push_back(row);
-  }
+  for (const std::int32_t body : bodies)
+    parcels[static_cast<std::size_t>(next_owner[static_cast<std::size_t>(body)])].bodies.push_back(body);
   pack_pairs(data, border, next_owner, parcels);
   pack_joints(data, border, next_owner, parcels);
   std::vector<SentEvents> events = pack_events(data, border, next_owner, receivers);
@@ -257,7 +266,77 @@ void receive_parcel(Transport& transport, std::int32_t from, WorldData& data,
 void take(WorldData& data, Border& border, Arrivals& arrivals, Crew& crew) {
   if (!arrivals.found.empty()) take_pairs(data, arrivals.found, arrivals.contacts, crew);
   take_events(data, border, arrivals.events);
-  forget_halos(data, border);
+}
+
+// Where a body is a ghost, as its owner knows.
+struct Loan {
+  std::int32_t body, rank;
+};
+
+// Of what this rank gives to another, which lends it from now on.
+std::vector<Loan> list_loans(const Border& border, const std::vector<Move>& moves, std::int32_t to) {
+  std::vector<Loan> loans;
+  for (const Move& move : moves) {
+    if (move.from != border.here || move.to != to) continue;
+    for (std::int32_t rank = 0; std::cmp_less(rank, border.halos.size()); ++rank) {
+      const std::vector<std::int32_t>& lent = border.halos[static_cast<std::size_t>(rank)].lent;
+      if (rank != to && std::binary_search(lent.begin(), lent.end(), move.body))
+        loans.push_back({move.body, rank});
+    }
+    loans.push_back({move.body, border.here});
+  }
+  return loans;
+}
+
+void check_loan(const Border& border, std::int32_t from, const Loan& loan) {
+  check_owner(border, border.here, loan.body);
+  if (loan.rank < 0 || std::cmp_greater_equal(loan.rank, border.halos.size()) || loan.rank == border.here)
+    refuse_world_of(from);
+}
+
+// Ghosts stay where they are, and are lent by the new owners from now on. `loans`: of what this rank has
+// taken.
+void move_halos(Border& border, const std::vector<Move>& moves, const std::vector<Loan>& loans) {
+  std::vector<Loan> borrowed;  // from whom
+  for (const Move& move : moves) {
+    const std::vector<std::int32_t>& before = border.halos[static_cast<std::size_t>(move.from)].borrowed;
+    const bool is_here =
+        move.from == border.here || std::binary_search(before.begin(), before.end(), move.body);
+    if (is_here && move.to != border.here) borrowed.push_back({move.body, move.to});
+  }
+  const auto has_moved = [&](std::int32_t body) {
+    const auto found =
+        std::lower_bound(moves.begin(), moves.end(), body,
+                         [](const Move& move, std::int32_t other) { return move.body < other; });
+    return found != moves.end() && found->body == body;
+  };
+  for (Halo& halo : border.halos) {
+    std::erase_if(halo.lent, has_moved);
+    std::erase_if(halo.borrowed, has_moved);
+  }
+  for (const auto& [body, rank] : loans) border.halos[static_cast<std::size_t>(rank)].lent.push_back(body);
+  for (const auto& [body, rank] : borrowed)
+    border.halos[static_cast<std::size_t>(rank)].borrowed.push_back(body);
+  for (Halo& halo : border.halos) {
+    keep_each_once(halo.lent);
+    keep_each_once(halo.borrowed);
+  }
+}
+
+// What follows from owners in what this rank keeps from step to step.
+void note_moves(WorldData& data, Border& border, const std::vector<Move>& moves) {
+  bool has_joints = false;
+  std::vector<std::int32_t> given;
+  for (const Move& move : moves) {
+    has_joints = has_joints || data.bodies.first_joint[move.body] >= 0;
+    if (move.from == border.here) given.push_back(move.body);
+  }
+  std::erase_if(border.ghosts, [&](std::int32_t body) { return border.owns(body); });
+  border.ghosts.insert(border.ghosts.end(), given.begin(), given.end());
+  keep_each_once(border.ghosts);
+  border.resting.is_stale = border.events_stale = true;
+  data.contacts.pairs_stale = true;
+  if (has_joints) border.ties_stale = data.joints.all_changed = true;
 }
 
 }  // namespace
@@ -267,27 +346,40 @@ void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) 
   check_given(data, border, given);
   place_matter(data);
   wake_neighbors(data);  // while pairs that calls have ended are there, which do not travel
-  std::vector<std::int32_t> next_owner = border.owner;
-  if (!share_owners(border, given, next_owner)) return;
-  pull_all_pairs(data, crew);  // pairs at rest travel like others
-  const std::vector<Parcel> parcels = pack(data, border, next_owner, border.halos.size());
-  std::vector<std::vector<std::int32_t>> taken(parcels.size());  // by rank: the bodies that it gives this one
-  for (std::size_t body = 0; body < next_owner.size(); ++body) {
-    if (next_owner[body] == border.here && border.owner[body] != border.here &&
-        border.owner[body] != kEveryRank)
-      taken[static_cast<std::size_t>(border.owner[body])].push_back(static_cast<std::int32_t>(body));
+  const std::vector<Move> moves = share_moves(border, given);
+  if (moves.empty()) return;
+  std::vector<std::int32_t> next_owner = border.owner, own;
+  std::vector<std::vector<std::int32_t>> taken(border.halos.size());  // by rank that gives them to this one
+  for (const Move& move : moves) {
+    next_owner[static_cast<std::size_t>(move.body)] = move.to;
+    if (move.from == border.here) own.push_back(move.body);
+    if (move.to == border.here) taken[static_cast<std::size_t>(move.from)].push_back(move.body);
   }
-  for (std::size_t to = 0; to < parcels.size(); ++to) {
-    if (!parcels[to].bodies.empty())
-      send_parcel(border.transport, static_cast<std::int32_t>(to), data, parcels[to]);
+  if (!own.empty()) {
+    pull_pairs_of(data, own, crew);  // pairs at rest travel like others
+    const std::vector<Parcel> parcels = pack(data, border, own, next_owner, border.halos.size());
+    for (std::size_t place = 0; place < parcels.size(); ++place) {
+      if (parcels[place].bodies.empty()) continue;
+      const auto to = static_cast<std::int32_t>(place);
+      send_parcel(border.transport, to, data, parcels[place]);
+      send_list<Loan>(border.transport, to, list_loans(border, moves, to));
+    }
   }
   border.owner = std::move(next_owner);
   Arrivals arrivals;
-  for (std::size_t from = 0; from < taken.size(); ++from) {
-    if (!taken[from].empty())
-      receive_parcel(border.transport, static_cast<std::int32_t>(from), data, taken[from], arrivals);
+  std::vector<Loan> loans;
+  for (std::size_t place = 0; place < taken.size(); ++place) {
+    if (taken[place].empty()) continue;
+    const auto from = static_cast<std::int32_t>(place);
+    receive_parcel(border.transport, from, data, taken[place], arrivals);
+    for (const Loan& loan : receive_list<Loan>(border.transport, from)) {
+      check_loan(border, from, loan);
+      loans.push_back(loan);
+    }
   }
   take(data, border, arrivals, crew);
+  move_halos(border, moves, loans);
+  note_moves(data, border, moves);
   data.queries.reset();  // they would know of what was here when they were last asked
   data.shapes.queries_made.forget();
 }
@@ -299,9 +391,13 @@ void send_all_bodies(WorldData& data, Transport& transport, Crew& crew) {
   data.contacts.pairs_stale = true;  // pairs at rest go back to where they were, even if memory runs out now
   pull_all_pairs(data, crew);
   const auto nobody = static_cast<std::int32_t>(border.halos.size());  // who has had none of them
-  std::vector<std::int32_t> next_owner = border.owner;
-  std::replace(next_owner.begin(), next_owner.end(), border.here, nobody);
-  Parcel parcel = std::move(pack(data, border, next_owner, border.halos.size() + 1).back());
+  std::vector<std::int32_t> next_owner = border.owner, own;
+  for (std::size_t body = 0; body < next_owner.size(); ++body) {
+    if (next_owner[body] != border.here) continue;
+    own.push_back(static_cast<std::int32_t>(body));
+    next_owner[body] = nobody;
+  }
+  Parcel parcel = std::move(pack(data, border, own, next_owner, border.halos.size() + 1).back());
   append_left_events(data, parcel.events);
   send_list<std::int32_t>(transport, nobody, parcel.bodies);
   send_list<std::uint8_t>(transport, nobody, std::vector<std::uint8_t>{data.contacts.manifolds_stale});
@@ -350,6 +446,7 @@ void receive_all_bodies(WorldData& data, Transport& transport, std::span<const s
       throw Error("no rank has sent body " + std::to_string(body));
   }
   take(data, border, arrivals, crew);
+  forget_halos(data, border);
 }
 
 }  // namespace scree

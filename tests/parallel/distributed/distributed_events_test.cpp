@@ -1,6 +1,7 @@
 // The law of events across ranks: together they list what one process lists, each where it moves one of the
 // bodies.
 #include <gtest/gtest.h>
+#include <parallel/distributed/border.h>
 #include <scree/distributed_world.h>
 #include <scree/step.h>
 #include <tests/parallel/distributed/local_ranks.h>
@@ -11,6 +12,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -101,6 +103,21 @@ void stir(World& world, const std::vector<BodyId>& bodies, int step) {
   if (step == 380) world.set_linear_velocity(bodies[bodies.size() / 2], {0.5f, 6, 0});
 }
 
+// Gives some bodies to owners that are drawn at random.
+void give_some(DistributedWorld& world, int draw, Workers& workers) {
+  WorldData& data = internals(world.world(), "test");
+  Border& border = *border_of(data);
+  adopt_calls(data, border);
+  std::vector<GivenBody> given;
+  for (std::int32_t body = 0; std::cmp_less(body, border.owner.size()); ++body) {
+    physics::Random random(static_cast<std::uint64_t>(body + 1000 * draw));
+    if (border.owns(body) && random.uniform(0, 1) < 0.1f)
+      given.push_back({body, static_cast<std::int32_t>(random.uniform(0, 3.999f))});
+  }
+  Crew crew(workers);
+  give_bodies(data, given, crew);
+}
+
 TEST(DistributedEvents, AreThoseOfOneProcessOnTheOwners) {
   constexpr int kSteps = 460;
   std::vector<BodyId> bodies;
@@ -116,25 +133,29 @@ TEST(DistributedEvents, AreThoseOfOneProcessOnTheOwners) {
       ++kinds[event.substr(0, event.find(' '))];
   }
   EXPECT_EQ(kinds.size(), 10u);  // all of them occur
-  std::mutex mutex;
-  std::vector<EventsOfStep> found(kSteps);
-  const auto errors = run_ranks(4, [&](int, Transport& transport) {
-    std::vector<BodyId> all;
-    World whole = make_eventful(all);
-    DistributedWorld world(std::move(whole), transport, {.steps_per_look = 5, .imbalance = 1.0f});
-    Workers workers(1);
-    for (int i = 0; i < kSteps; ++i) {
-      stir(world.world(), all, i);
-      world.step(kStep, workers);
-      for (const ContactEvent& event : world.world().contact_begins())
-        EXPECT_TRUE(world.owns(event.body_a) || world.owns(event.body_b));
-      for (const BodyId body : world.world().sleep_begins()) EXPECT_TRUE(world.owns(body));
-      const std::lock_guard lock(mutex);
-      add_events(world.world(), found[static_cast<std::size_t>(i)]);
-    }
-  });
-  EXPECT_EQ(all_of(errors), "");
-  for (std::size_t i = 0; i < kSteps; ++i) ASSERT_EQ(found[i], expected[i]) << "step " << i;
+  for (const bool at_random : {false, true}) {
+    std::mutex mutex;
+    std::vector<EventsOfStep> found(kSteps);
+    const auto errors = run_ranks(4, [&](int, Transport& transport) {
+      std::vector<BodyId> all;
+      World whole = make_eventful(all);
+      DistributedWorld world(std::move(whole), transport,
+                             {.steps_per_look = at_random ? 0 : 5, .imbalance = 1.0f});
+      Workers workers(1);
+      for (int i = 0; i < kSteps; ++i) {
+        stir(world.world(), all, i);
+        if (at_random) give_some(world, i, workers);
+        world.step(kStep, workers);
+        for (const ContactEvent& event : world.world().contact_begins())
+          EXPECT_TRUE(world.owns(event.body_a) || world.owns(event.body_b));
+        for (const BodyId body : world.world().sleep_begins()) EXPECT_TRUE(world.owns(body));
+        const std::lock_guard lock(mutex);
+        add_events(world.world(), found[static_cast<std::size_t>(i)]);
+      }
+    });
+    EXPECT_EQ(all_of(errors), "");
+    for (std::size_t i = 0; i < kSteps; ++i) ASSERT_EQ(found[i], expected[i]) << "step " << i;
+  }
 }
 
 // Fixed plates under sleepers and sliders become dynamic: who owns them then knows what lies on them. Some

@@ -1,8 +1,5 @@
 // Laws of a world that is divided among ranks: its bits are those of a single world, whoever owns which body.
-#include <core/world/edit.h>
-#include <parallel/distributed/border.h>
-#include <tests/parallel/distributed/absent_rows.h>
-#include <tests/physics/lab.h>
+#include <tests/parallel/distributed/step_ranks.h>
 
 #include <algorithm>
 #include <array>
@@ -15,104 +12,8 @@
 namespace scree {
 namespace {
 
-using physics::kStep;
+using namespace distributed_tests;
 using physics::Lab;
-using Fill = std::function<void(Lab&)>;
-using Owners = std::function<std::int32_t(std::int32_t body, int ranks)>;
-
-WorldSettings settings_for_ranks(bool sleeping = false, bool continuous = true) {
-  WorldSettings settings = physics::without_sleep();
-  settings.sleeping = sleeping;
-  settings.continuous = continuous;
-  return settings;
-}
-
-struct RunPlan {
-  int ranks = 2;
-  int steps = 60;
-  int threads = 1;                           // of each rank
-  std::vector<Isa> sets = {Isa::automatic};  // rank by rank, over and over
-  bool sleeping = false;
-  int steps_per_draw = 0;  // how often all bodies get new owners, drawn at random; 0: never
-};
-
-std::vector<std::uint64_t> hashes_of_one_world(const Fill& fill, const RunPlan& run) {
-  Lab lab(settings_for_ranks(run.sleeping));
-  fill(lab);
-  std::vector<std::uint64_t> hashes;
-  for (int i = 0; i < run.steps; ++i) {
-    lab.run(1);
-    hashes.push_back(lab.world.hash());
-  }
-  return hashes;
-}
-
-// Drawn for each body.
-std::int32_t random_owner(std::int32_t body, int ranks) {
-  physics::Random random(static_cast<std::uint64_t>(body) + 77);
-  return static_cast<std::int32_t>(random.uniform(0, static_cast<float>(ranks) - 1e-4f));
-}
-std::int32_t owner_by_blocks(std::int32_t body, int ranks) { return body / 10 % ranks; }
-
-void redraw_owners(Lab& lab, int draw, int ranks) {
-  WorldData& data = internals(lab.world);
-  const Border& border = *border_of(data);
-  std::vector<GivenBody> given;
-  for (std::int32_t body = 0; std::cmp_less(body, border.owner.size()); ++body) {
-    if (border.owns(body)) given.push_back({body, random_owner(body + 1000 * draw, ranks)});
-  }
-  Crew crew(lab.workers);
-  give_bodies(data, given, crew);
-}
-
-// Each rank on a thread of its own. `hashes`: what each adds to that of the whole world, step by step. What a
-// rank throws ends all of them, and is returned.
-std::string step_ranks(const Fill& fill, const Owners& owner_of, const RunPlan& run,
-                       std::vector<std::vector<std::uint64_t>>& hashes) {
-  LocalRanks local(run.ranks);
-  std::vector<std::string> errors(static_cast<std::size_t>(run.ranks));
-  hashes.assign(static_cast<std::size_t>(run.ranks), {});
-  const auto step_rank = [&](int rank) {
-    const auto place = static_cast<std::size_t>(rank);
-    try {
-      Lab lab(settings_for_ranks(run.sleeping));
-      lab.workers = Workers(WorkersOptions{.threads = run.threads, .isa = run.sets[place % run.sets.size()]});
-      fill(lab);
-      WorldData& data = internals(lab.world);
-      std::vector<std::int32_t> owners(data.bodies.flags.size());
-      for (std::size_t body = 0; body < owners.size(); ++body)
-        owners[body] = owner_of(static_cast<std::int32_t>(body), run.ranks);
-      divide_world(data, local.at(rank), owners);
-      for (int i = 0; i < run.steps; ++i) {
-        if (run.steps_per_draw > 0 && i % run.steps_per_draw == 0) redraw_owners(lab, i + 1, run.ranks);
-        distributed_tests::scramble_absent_rows(data);
-        lab.run(1);
-        hashes[place].push_back(hash_of_part(data, *border_of(data)));
-      }
-    } catch (const std::exception& error) {
-      errors[place] = error.what();
-    }
-    local.leave(rank);
-  };
-  std::vector<std::thread> threads;
-  for (int rank = 1; rank < run.ranks; ++rank) threads.emplace_back(step_rank, rank);
-  step_rank(0);
-  for (std::thread& thread : threads) thread.join();
-  std::string all;
-  for (const std::string& error : errors) all += error;
-  return all;
-}
-
-void expect_same_bits(const Fill& fill, const Owners& owner_of, const RunPlan& run) {
-  const std::vector<std::uint64_t> expected = hashes_of_one_world(fill, run);
-  std::vector<std::vector<std::uint64_t>> hashes;
-  ASSERT_EQ(step_ranks(fill, owner_of, run, hashes), "");
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    std::uint64_t sum = 0;
-    for (const std::vector<std::uint64_t>& of_rank : hashes) sum += of_rank.at(i);
-    ASSERT_EQ(sum, expected[i]) << run.ranks << " ranks, step " << i;
-  }
-}
 
 void fill_with_heap(Lab& lab) { physics::add_heap(lab, 120, 4); }
 
@@ -121,11 +22,6 @@ TEST(DistributedStep, AHeapHasTheBitsOfOneProcess) {
     for (const Owners& owners : {Owners(random_owner), Owners(owner_by_blocks)})
       expect_same_bits(fill_with_heap, owners, {.ranks = ranks, .steps = 120});
   }
-}
-
-// A scene of the catalog, of the motion that it has without drives and changes.
-Fill scene(const std::string& name, const scenes::Parameters& parameters) {
-  return [=](Lab& lab) { populate(lab.world, scenes::build(name, parameters).front()); };
 }
 
 TEST(DistributedStep, PilesHaveTheBitsOfOneProcess) {
@@ -154,51 +50,6 @@ TEST(DistributedStep, OwnersMayBeRedrawnBeforeEachStep) {
   expect_same_bits(scene("ragdolls", {{"ragdolls", 8}}), random_owner,
                    {.ranks = 4, .steps = 80, .steps_per_draw = 1});
   expect_same_bits(scene("motors", {{"machines", 2}}), random_owner, {.ranks = 3, .steps_per_draw = 1});
-}
-
-// Two heaps fall asleep, a ball that comes late wakes one of them, and a plate on a joint pulls at a row.
-void fill_with_sleepers(Lab& lab) {
-  lab.add_ground();
-  for (int i = 0; i < 48; ++i) {
-    const float x = (i % 2 == 0 ? -6.0f : 6.0f) + 0.9f * static_cast<float>(i / 2 % 4);
-    lab.add({.position = {x, 0.5f + 1.01f * static_cast<float>(i / 8), 0.1f * static_cast<float>(i % 3)}},
-            Box{{0.4f, 0.5f, 0.4f}});
-  }
-  BodyId last = lab.add({.position = {0, 0.5f, 8}}, Box{{0.4f, 0.5f, 0.4f}});
-  for (int i = 1; i < 8; ++i) {
-    const BodyId next = lab.add({.position = {static_cast<float>(i), 0.5f, 8}}, Box{{0.4f, 0.5f, 0.4f}});
-    lab.world.create_joint(
-        {.body_a = last, .body_b = next, .frame_a = {{0.5f, 0, 0}, {}}, .frame_b = {{-0.5f, 0, 0}, {}}},
-        BallJoint{});
-    last = next;
-  }
-  for (const float x : {-5.0f, 7.5f})
-    lab.add({.position = {x, 90, 0}, .linear_velocity = {0, x, 0}}, Sphere{0.6f});
-}
-
-TEST(DistributedStep, SleepHasTheBitsOfOneProcess) {
-  const RunPlan run{.steps = 420, .sleeping = true};
-  Lab lab(settings_for_ranks(true));
-  fill_with_sleepers(lab);
-  std::int32_t most_asleep = 0;
-  int wakes = 0;
-  for (int i = 0; i < run.steps; ++i) {
-    const std::int32_t before = internals(lab.world).bodies.asleep;
-    lab.run(1);
-    most_asleep = std::max(most_asleep, internals(lab.world).bodies.asleep);
-    wakes += internals(lab.world).bodies.asleep < before ? 1 : 0;
-  }
-  EXPECT_GE(most_asleep, 40);
-  EXPECT_GE(wakes, 1);
-  for (const int ranks : {2, 5}) {
-    for (const int steps_per_draw : {0, 1, 40}) {
-      expect_same_bits(
-          fill_with_sleepers, random_owner,
-          {.ranks = ranks, .steps = run.steps, .sleeping = true, .steps_per_draw = steps_per_draw});
-    }
-  }
-  expect_same_bits(scene("ragdolls", {{"ragdolls", 6}}), random_owner,
-                   {.ranks = 3, .steps = 400, .sleeping = true, .steps_per_draw = 9});
 }
 
 // Bullets through a plate and against each other, sticks that spin, a paddle, balls that lose a part of a
@@ -249,36 +100,6 @@ TEST(DistributedStep, FastBodiesHaveTheBitsOfOneProcess) {
   }
   expect_same_bits(scene("bullets", {{"bullets", 40}}), random_owner, {.ranks = 3, .steps_per_draw = 4});
   expect_same_bits(scene("ragdoll_rain", {{"ragdolls", 6}}), random_owner, {.ranks = 3, .steps = 90});
-}
-
-// A ball that a bullet strikes goes, in the same step, to a wall that sleeps on another rank and that nothing
-// of its own rank was near.
-TEST(DistributedStep, WhatIsStruckMeetsSleepersOfOtherRanksInTheSameStep) {
-  const auto fill = [](Lab& lab) {
-    lab.add_ground();
-    for (int i = 0; i < 30; ++i) {
-      const float x = 1.01f * static_cast<float>(i % 10);
-      lab.add({.position = {x, 0.5f + static_cast<float>(i / 10), 1.3f}}, Box{{0.5f, 0.5f, 0.25f}});
-    }
-    lab.add({.position = {0, 0.3f, 0}}, Sphere{0.3f});
-    // Beside the ball, so that this one does not go where the bullet would have gone.
-    lab.add({.position = {-700.7f, 0.35f, -0.42f}, .linear_velocity = {390, 0, 0}, .gravity_factor = 0},
-            Sphere{0.3f});
-  };
-  const auto by_place = [](std::int32_t body, int) { return body < kFirstBody + 31 ? 1 : 0; };
-  Lab lab(settings_for_ranks(true));
-  fill(lab);
-  int woken_at = 0;
-  std::int32_t most_asleep = 0;
-  for (int i = 0; i < 160; ++i) {
-    const std::int32_t before = internals(lab.world).bodies.asleep;
-    lab.run(1);
-    most_asleep = std::max(most_asleep, internals(lab.world).bodies.asleep);
-    if (woken_at == 0 && internals(lab.world).bodies.asleep < before) woken_at = i;
-  }
-  EXPECT_GE(most_asleep, 30);
-  EXPECT_GT(woken_at, 0);
-  expect_same_bits(fill, by_place, {.ranks = 2, .steps = 160, .sleeping = true});
 }
 
 // Bodies of others that are far from a rank's own ones cost it nothing.
