@@ -293,7 +293,8 @@ void share_ghosts(WorldData& data, Crew& crew) {
   for (const std::int32_t from : near) receive_halo(data, border, from);
   if (data.settings.sleeping) share_rest(data, border);
   border.halos_stale = false;
-  // A whole new list of pairs is made, as if calls had created or destroyed the ghosts.
+  // A whole new list of pairs is made, as if calls had created or destroyed the ghosts. Finding the pairs of
+  // these alone, as of what has left its bounds, was no faster in pile, drum, wheel_pile and ragdoll_rain.
   if (replace_ghosts(data, border)) broad_phase.left_is_known = false;
 }
 
