@@ -17,6 +17,7 @@ constexpr int kBins = 32, kRounds = 5;  // 2^25 places, as many as a float has d
 struct Group {
   std::int32_t begin, end;   // ranks
   float lower[3], upper[3];  // around its points
+  float reach[3] = {};       // of most of them
   std::int32_t axis = 0;     // of the cut that is sought
   float from = 0, to = 0;    // which is in here
   std::int64_t below = 0;    // weight before `from`
@@ -64,8 +65,64 @@ float begin_of(const Group& group, int bin) {
   return group.from + (group.to - group.from) * (static_cast<float>(bin) / kBins);
 }
 
+// In double precision, as most points may lie close together at one end of it.
+struct Range {
+  double lower, upper;
+  double length() const { return upper - lower; }
+};
+
+// Of these, what lies within three standard deviations around the mean of the points there. `sums`: how many
+// these are, and their places and squares of places, in `units` of the range.
+Range trimmed(const Range& range, std::span<const std::int64_t, 3> sums, double units) {
+  constexpr double kDeviations = 3.0;
+  if (sums[0] == 0) return range;
+  const auto count = static_cast<double>(sums[0]);
+  const double mean = static_cast<double>(sums[1]) / count;
+  const double variance = std::max(static_cast<double>(sums[2]) / count - mean * mean, 0.0);
+  const double most = kDeviations * std::sqrt(variance) + 1.0;
+  return {range.lower + range.length() * (std::max(mean - most, 0.0) / units),
+          range.lower + range.length() * (std::min(mean + most, units) / units)};
+}
+
+// -> Group::reach. A few bodies that have fallen off the world must not decide across which axis a pile is
+// cut, so the range is trimmed to where most points are, and again as that is known better.
+void measure_reach(Transport& transport, std::span<const WeightedPoint> points,
+                   std::span<const std::int32_t> group_of, std::vector<Group>& groups) {
+  constexpr double kUnits = 1024.0, kHardlyLess = 0.8;
+  constexpr int kMostTrims = 20;
+  std::vector<Range> ranges;
+  for (const Group& group : groups) {
+    for (int axis = 0; axis < 3; ++axis) ranges.push_back({group.lower[axis], group.upper[axis]});
+  }
+  bool is_trimmed = true;
+  for (int trim = 0; trim < kMostTrims && is_trimmed; ++trim) {
+    std::vector<std::int64_t> sums(ranges.size() * 3, 0);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::size_t place = static_cast<std::size_t>(group_of[i]) * 3 + axis;
+        const Range& range = ranges[place];
+        const double share = (points[i].position[axis] - range.lower) / range.length();
+        if (!(share >= 0.0 && share <= 1.0)) continue;
+        const auto unit = static_cast<std::int64_t>(kUnits * share);
+        sums[place * 3] += 1;
+        sums[place * 3 + 1] += unit;
+        sums[place * 3 + 2] += unit * unit;
+      }
+    }
+    transport.add_up(sums);
+    is_trimmed = false;
+    for (std::size_t place = 0; place < ranges.size(); ++place) {
+      const Range before = ranges[place];
+      ranges[place] = trimmed(before, std::span(sums).subspan(place * 3).first<3>(), kUnits);
+      is_trimmed = is_trimmed || ranges[place].length() < kHardlyLess * before.length();
+    }
+  }
+  for (std::size_t place = 0; place < ranges.size(); ++place)
+    groups[place / 3].reach[place % 3] = static_cast<float>(ranges[place].length());
+}
+
 // How far it is from point to point in their order, along each axis of each group, as a share of the group's
-// extent: so often a cut at any place has the two on different sides.
+// reach: so often a cut at any place has the two on different sides.
 std::vector<std::int64_t> add_up_ways(Transport& transport, std::span<const WeightedPoint> points,
                                       std::span<const std::int32_t> group_of,
                                       const std::vector<Group>& groups) {
@@ -75,8 +132,8 @@ std::vector<std::int64_t> add_up_ways(Transport& transport, std::span<const Weig
     if (group_of[i] != group_of[i - 1]) continue;
     const auto place = static_cast<std::size_t>(group_of[i]);
     for (int axis = 0; axis < 3; ++axis) {
-      const float reach = groups[place].upper[axis] - groups[place].lower[axis];
-      const float way = std::abs(points[i].position[axis] - points[i - 1].position[axis]) / reach;
+      const float way =
+          std::abs(points[i].position[axis] - points[i - 1].position[axis]) / groups[place].reach[axis];
       if (way > 0.0f)
         ways[place * 3 + static_cast<std::size_t>(axis)] +=
             static_cast<std::int64_t>(kUnits * std::min(way, 1.0f));
@@ -93,18 +150,19 @@ std::vector<std::int64_t> add_up_ways(Transport& transport, std::span<const Weig
 void choose_axes(Transport& transport, std::span<const WeightedPoint> points,
                  std::span<const std::int32_t> group_of, std::vector<Group>& groups) {
   constexpr float kHardlyShorter = 0.7f;
+  measure_reach(transport, points, group_of, groups);
   const std::vector<std::int64_t> ways = add_up_ways(transport, points, group_of, groups);
   for (std::size_t i = 0; i < groups.size(); ++i) {
     Group& group = groups[i];
-    const auto reach = [&](int axis) { return group.upper[axis] - group.lower[axis]; };
+    const auto& reach = group.reach;
     const auto way = [&](int axis) { return ways[i * 3 + static_cast<std::size_t>(axis)]; };
     int longest = 0;
     for (const int axis : {1, 2}) {
-      if (reach(axis) > reach(longest)) longest = axis;
+      if (reach[axis] > reach[longest]) longest = axis;
     }
     group.axis = longest;
     for (const int axis : {0, 1, 2}) {
-      if (reach(axis) >= kHardlyShorter * reach(longest) && way(axis) < way(group.axis)) group.axis = axis;
+      if (reach[axis] >= kHardlyShorter * reach[longest] && way(axis) < way(group.axis)) group.axis = axis;
     }
     group.from = group.lower[group.axis];
     group.to = std::nextafter(group.upper[group.axis], std::numeric_limits<float>::infinity());

@@ -61,7 +61,8 @@ TEST(Partition, GivesAllRanksTheSameWeight) {
 }
 
 TEST(Partition, DoesNotDependOnWhoHasWhichPoint) {
-  const std::vector<WeightedPoint> points = random_points(500, 8);
+  std::vector<WeightedPoint> points = random_points(500, 8);
+  for (WeightedPoint& point : points) point.position[0] *= 8.0f;  // the longest axis of each part
   const std::vector<Partition> one = cut(points, 6, 1), other = cut(points, 6, 2);
   for (const std::vector<Partition>* partitions : {&one, &other}) {
     for (const Partition& partition : *partitions) {
@@ -83,6 +84,26 @@ TEST(Partition, EachPointLiesInTheBoxOfItsRankAlone) {
       for (int axis = 0; axis < 3; ++axis)
         inside = inside && box.lower[axis] <= point.position[axis] && point.position[axis] < box.upper[axis];
       EXPECT_EQ(inside, other == rank);
+    }
+  }
+}
+
+// Bodies that have fallen off the world do not turn the cuts: a flat pile is never cut in layers, which would
+// have most of its bodies at borders.
+TEST(Partition, StraysDecideAboutNoAxis) {
+  for (const int strays : {0, 1, 30}) {
+    for (const float depth : {-300.0f, -20000.0f, -1e9f}) {
+      physics::Random random(11);
+      std::vector<WeightedPoint> points;
+      for (int i = 0; i < 5000; ++i)
+        points.push_back({{random.uniform(-45, 45), random.uniform(0, 5), random.uniform(-20, 20)}, 3});
+      for (int i = 0; i < strays; ++i)
+        points.push_back({{40.0f, depth * random.uniform(0.1f, 1.0f), static_cast<float>(i)}, 3});
+      const Partition partition = cut(points, 4, 1).front();
+      for (std::size_t i = 1; i < partition.cuts.size(); ++i) EXPECT_NE(partition.cuts[i].axis, 1);
+      EXPECT_EQ(partition.cuts[2].axis, 0);
+      for (const std::int64_t weight : weights_of(partition, points))
+        EXPECT_NEAR(static_cast<double>(weight), 0.25 * 3.0 * static_cast<double>(points.size()), 40.0);
     }
   }
 }
