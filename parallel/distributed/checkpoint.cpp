@@ -361,19 +361,13 @@ int checkpoint_ranks(const std::string& file) {
 FileShare read_file_share(const std::string& name, Transport& transport, Crew& crew) {
   check_byte_order(kCall);
   CheckpointFile file = open_checkpoint(name);
-  FileShare share = read_named(name, [&] {
+  return read_named(name, [&] {
     if (file.is_whole()) return FileShare{read_whole(file), true, file.identity};
     World common;
     restore(common, read_common(file));
     const std::vector<std::int32_t> owners = read_owners(file, internals(common));
     return FileShare{read_share(std::move(common), file, owners, transport, crew), false, file.identity};
   });
-  try {
-    check_positions(internals(share.world));
-  } catch (const Error& error) {
-    throw Error(std::string(kCall) + ": " + name + ": " + error.what(), error.code());
-  }
-  return share;
 }
 
 }  // namespace scree

@@ -288,6 +288,10 @@ DistributedWorld::DistributedWorld(World world, Transport& transport, const Dist
   check_alike(transport, options, "world", digest_of(world));
   check_options(options);
   check_positions(internals(world, "DistributedWorld"));
+  share_out(std::move(world), transport, options);
+}
+
+void DistributedWorld::share_out(World world, Transport& transport, const DistributedOptions& options) {
   impl_.reset(new Impl{std::move(world), transport, options});
   WorldData& data = internals(impl_->world, "DistributedWorld");
   impl_->partition = first_partition(data, transport);
@@ -305,7 +309,7 @@ DistributedWorld::DistributedWorld(FileShare share, const char* what, Transport&
   check_alike(transport, options, what, share.identity);
   check_options(options);
   if (share.is_whole) {
-    *this = DistributedWorld(std::move(share.world), transport, options);
+    share_out(std::move(share.world), transport, options);
     return;
   }
   impl_.reset(new Impl{std::move(share.world), transport, options});

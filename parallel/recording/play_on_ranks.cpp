@@ -93,7 +93,6 @@ FileShare read_keyframe(RecordingFile& recording, std::size_t chunk, const std::
     } catch (const Error& error) {
       throw as_damage(error);
     }
-    check_positions(internals(share.world));
   });
   return share;
 }

@@ -52,8 +52,8 @@ struct RankStats {
 ///
 /// Dynamic bodies, and fixed ones that become dynamic, must be created within 16384 m of the origin along
 /// each axis. Where one is farther out, what all ranks do together, such as step() and hash(), throws an
-/// Error on all of them, and goes on when the body is destroyed. Bodies may move farther, but a world that is
-/// shared out must not have such ones: who goes on from a checkpoint destroys them before.
+/// Error on all of them, and goes on when the body is destroyed. Bodies may move farther; who goes on from a
+/// file goes on with these, too.
 ///
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
@@ -129,6 +129,7 @@ class SCREE_API DistributedWorld {
   friend struct SharedReader;
   DistributedWorld(FileShare share, const char* what, Transport& transport, Workers& workers,
                    const DistributedOptions& options);
+  void share_out(World world, Transport& transport, const DistributedOptions& options);
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
@@ -137,7 +138,8 @@ class SCREE_API DistributedWorld {
 /// wrote it. No rank needs room for more than its share, and what all ranks have; where write_checkpoint has
 /// written it, each rank reads all. It goes on with the same bits. `transport` must outlive it. All ranks
 /// call it together, with the same file and options. Throws the same Error on all ranks: as the other one, as
-/// the constructor of DistributedWorld, and where ranks read files of different content.
+/// the constructor of DistributedWorld but for bodies that are far out, and where ranks read files of
+/// different content.
 SCREE_API DistributedWorld read_checkpoint(const std::string& file, Transport& transport, Workers& workers,
                                            const DistributedOptions& options = {});
 

@@ -219,7 +219,8 @@ TEST(DistributedRefusal, WhatIsGivenWithABodyTooFarOutIsOnAllRanks) {
   EXPECT_EQ(all_of(errors), "");
 }
 
-// What has flown far is no new body, though it is kinematic for a while.
+// What has flown far is no new body, though it is kinematic for a while. Files hold it, and any number of
+// ranks goes on from them.
 TEST(DistributedRefusal, BodiesMayMoveFar) {
   World one{WorldSettings{}};
   const auto create = [](World& world) {
@@ -241,18 +242,41 @@ TEST(DistributedRefusal, BodiesMayMoveFar) {
     step(one, kStep, workers);
     hashes.push_back(one.hash());
   }
-  const auto errors = run_ranks(2, [&](int, Transport& transport) {
-    World whole{WorldSettings{}};
-    create(whole);
-    DistributedWorld world(std::move(whole), transport);
-    Workers of_rank(1);
-    for (int i = 0; i < 20; ++i) {
-      change(world.world(), i);
-      world.step(kStep, of_rank);
-      ASSERT_EQ(world.hash(), hashes[static_cast<std::size_t>(i)]) << "step " << i;
+  const std::string name =
+      (std::filesystem::temp_directory_path() / ("scree_far_" + std::to_string(getpid()))).string();
+  const std::string checkpoint = name + "_checkpoint", recording = name + "_recording";
+  for (const int writers : {1, 2}) {
+    auto errors = run_ranks(writers, [&](int, Transport& transport) {
+      World whole{WorldSettings{}};
+      create(whole);
+      DistributedWorld world(std::move(whole), transport);
+      Workers of_rank(1);
+      world.record(recording, of_rank, {.keyframe_spacing = 10});
+      for (int i = 0; i < 20; ++i) {
+        if (i == 12) world.checkpoint(checkpoint, of_rank);
+        change(world.world(), i);
+        world.step(kStep, of_rank);
+        ASSERT_EQ(world.hash(), hashes[static_cast<std::size_t>(i)]) << "step " << i;
+      }
+      world.finish_recording(of_rank);
+    });
+    EXPECT_EQ(all_of(errors), "");
+    for (const int readers : {1, 3}) {
+      errors = run_ranks(readers, [&](int, Transport& transport) {
+        Workers of_rank(1);
+        DistributedWorld world = read_checkpoint(checkpoint, transport, of_rank);
+        for (std::size_t i = 12; i < 20; ++i) {
+          world.step(kStep, of_rank);
+          ASSERT_EQ(world.hash(), hashes[i]) << "step " << i;
+        }
+        DistributedWorld played = play_recording(recording, 10, 20, transport, of_rank);
+        EXPECT_EQ(played.hash(), hashes.back());
+      });
+      EXPECT_EQ(all_of(errors), "") << writers << " writers, " << readers << " readers";
     }
-  });
-  EXPECT_EQ(all_of(errors), "");
+  }
+  std::filesystem::remove(checkpoint);
+  std::filesystem::remove(recording);
 }
 
 // A recording of the name stays as it is.
