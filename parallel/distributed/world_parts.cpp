@@ -286,6 +286,47 @@ std::optional<Error> save_whole(World& world, Snapshot& snapshot, Crew& crew) {
                   }));
 }
 
+namespace {
+
+// One rank's messages, as if a second rank had all else.
+class OwnPart final : public PartSource {
+ public:
+  explicit OwnPart(std::vector<std::byte> part) : part_(std::move(part)) {}
+  int ranks() const override { return 2; }
+  std::vector<std::byte> part(int) override { return std::move(part_); }
+  void refuse(int rank, std::size_t, const std::string&) const override { refuse_world_of(rank); }
+
+ private:
+  std::vector<std::byte> part_;
+};
+
+}  // namespace
+
+World copy_part(World& world, Crew& crew) {
+  World copy = world_of_common(world);
+  if (!has_parts(world)) return copy;
+  const Border& border = *border_of(internals(world));
+  WorldData& data = internals(copy);
+  OwnPart own(messages_of_part(world, crew));
+  MessageReader messages(own);
+  std::vector<std::int32_t> owners;
+  for (const std::int32_t owner : border.owner)
+    owners.push_back(owner == kEveryRank ? owner : owner == border.here ? 0 : 1);
+  divide_world(data, messages, std::move(owners));
+  constexpr std::int32_t kFrom[] = {0};
+  receive_all_bodies(data, messages, kFrom, crew);
+  messages.check_end();
+  // Of joints, all ranks have what calls have said, and the owners of their bodies all else.
+  for (std::size_t joint = 0; joint < data.joints.flags.size(); ++joint) {
+    const JointBodies ends = data.joints.bodies[joint];
+    if ((data.joints.flags[joint] & kJointAlive) == 0 || tells_of(border_of(data), ends.a, ends.b)) continue;
+    data.joints.impulses[joint] = {};
+    data.joints.color[joint] = kNoColor;
+  }
+  data.border.reset();
+  return copy;
+}
+
 // Holds the world, a snapshot of it, and what that takes to check.
 Snapshot add_parts(World world, PartSource& source) {
   receive_whole(internals(world), source);

@@ -38,6 +38,9 @@ std::vector<std::byte> messages_of_part(World& world, Crew& crew);
 // stays what it is. What is wrong is the same on all ranks, which call it together.
 std::optional<Error> save_whole(World& world, Snapshot& snapshot, Crew& crew);
 
+// What this rank has of the world, without ghosts, as a world to compare: it cannot be stepped.
+World copy_part(World& world, Crew& crew);
+
 // Where the messages of ranks are read.
 class PartSource {
  public:

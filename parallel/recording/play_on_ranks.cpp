@@ -4,10 +4,12 @@
 #include <parallel/distributed/agree.h>
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/checkpoint.h>
+#include <parallel/distributed/give_events.h>
 #include <parallel/distributed/messages.h>
 #include <parallel/recording/part_chunks.h>
 #include <parallel/recording/recording_file.h>
-#include <scree/distributed_world.h>
+#include <parallel/recording/rows_in_order.h>
+#include <scree/distributed_player.h>
 #include <scree/error.h>
 
 #include <algorithm>
@@ -22,36 +24,17 @@ namespace scree {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& file, const Error& problem) {
-  throw Error("play_recording: " + file + ": " + problem.what(), problem.code());
-}
-
 // Of what was read: as a rank refuses messages, which says nothing of files.
 Error as_damage(const Error& error) {
   if (error.code() != ErrorCode::invalid_value) return error;
   return Error(std::string("the parts of a keyframe do not fit: ") + error.what(), ErrorCode::corrupt_data);
 }
 
-// Does the work on all ranks, or throws on all of them, with the name of the file.
-template <class Work>
-void do_together(Transport& transport, const std::string& file, Work&& work) {
-  if (const std::optional<Error> problem = agree(transport, attempt(work))) refuse(file, *problem);
-}
-
-// Throws Error where the recording has no such steps.
-void check_steps(const RecordingInfo& info, std::uint64_t from, std::uint64_t to) {
-  for (const std::uint64_t step : {from, to}) {
-    if (step >= info.first_step && step <= info.last_step) continue;
-    throw Error("step is " + std::to_string(step) + ", must lie in [" + std::to_string(info.first_step) +
-                ", " + std::to_string(info.last_step) + "]");
-  }
-  if (from > to) throw Error("step " + std::to_string(from) + " comes after step " + std::to_string(to));
-}
-
-// The number of the last keyframe at or before a step.
-std::size_t keyframe_before(const RecordingFile& recording, std::uint64_t step) {
-  const std::span<const std::uint64_t> steps = recording.keyframe_steps();
-  return static_cast<std::size_t>(std::upper_bound(steps.begin(), steps.end(), step) - steps.begin()) - 1;
+// Throws Error where the recording has no such step.
+void check_step(const RecordingInfo& info, std::uint64_t step) {
+  if (step >= info.first_step && step <= info.last_step) return;
+  throw Error("step is " + std::to_string(step) + ", must lie in [" + std::to_string(info.first_step) + ", " +
+              std::to_string(info.last_step) + "]");
 }
 
 // Of all chunks until those in which the last step may lie: what is played depends on no others.
@@ -64,29 +47,118 @@ std::uint64_t identity_of(const RecordingFile& recording, std::uint64_t to) {
   return hash_of_bytes(std::as_bytes(std::span(hashes)));
 }
 
-// Before ranks do together what depends on it.
-void check_same(Transport& transport, const std::string& file, std::uint64_t identity, std::uint64_t step) {
-  struct Played {
-    std::uint64_t identity, step;
-  };
-  const std::vector<Played> all = gather_rows(transport, Played{identity, step});
-  for (const Played& one : all) {
-    if (one.identity != all[0].identity || one.step != all[0].step)
-      throw Error("play_recording: " + file + ": ranks play other recordings, or to other steps");
-  }
+// What all ranks say, of which the first one that is not empty.
+std::string first_of(Transport& transport, const std::string& text) {
+  const std::optional<Error> all =
+      agree(transport, text.empty() ? std::nullopt : std::optional<Error>(Error(text)));
+  return all ? all->what() : std::string();
 }
 
-FileShare read_keyframe(RecordingFile& recording, std::size_t chunk, const std::string& file,
-                        std::uint64_t identity, Transport& transport, Workers& workers) {
-  FileShare share{World{}, !recording.is_shared(chunk), identity};
-  do_together(transport, file, [&] { restore(share.world, recording.first_state(chunk)); });
+// Where two worlds have other bodies, or others that are shared out. All ranks find the same.
+std::string difference_of_rows(const WorldData& recorded, const WorldData& world) {
+  if (recorded.bodies.flags.size() != world.bodies.flags.size()) return "the number of body rows";
+  for (std::size_t row = 0; row < recorded.bodies.flags.size(); ++row) {
+    if (is_shared_out(recorded.bodies, row) != is_shared_out(world.bodies, row) ||
+        ((recorded.bodies.flags[row] ^ world.bodies.flags[row]) & kBodyAlive) != 0)
+      return "body " + std::to_string(row) + ", whether it is alive, or its type";
+  }
+  return {};
+}
+
+}  // namespace
+
+struct DistributedPlayer::Impl {
+  const char* call;  // for errors
+  std::string file;
+  Transport& transport;
+  DistributedOptions options;
+  std::optional<RecordingFile> recording = {};
+  std::optional<RecordStream> stream = {};
+  std::optional<DistributedWorld> world = {};
+  std::uint64_t position = 0, identity = 0;
+  std::optional<std::uint64_t> hash = {};  // recorded, of the last step
+
+  [[noreturn]] void refuse(const Error& problem) const {
+    throw Error(std::string(call) + ": " + file + ": " + problem.what(), problem.code());
+  }
+  // Does the work on all ranks, or throws on all of them, with the name of the file.
+  template <class Work>
+  void do_together(Work&& work) {
+    if (const std::optional<Error> problem = agree(transport, attempt(work))) refuse(*problem);
+  }
+
+  // `to`: what is played until there, if that is known, must be the same on all ranks.
+  void open(std::uint64_t from, std::optional<std::uint64_t> to) {
+    do_together([&] {
+      recording.emplace(file);
+      check_step(recording->info(), from);
+      if (!to) return;
+      check_step(recording->info(), *to);
+      if (from > *to)
+        throw Error("step " + std::to_string(from) + " comes after step " + std::to_string(*to));
+    });
+    const std::uint64_t last = to.value_or(recording->info().last_step);
+    identity = identity_of(*recording, last);
+    struct Played {
+      std::uint64_t identity, from, to;
+    };
+    const std::vector<Played> all = gather_rows(transport, Played{identity, from, last});
+    for (const Played& one : all) {
+      if (one.identity != all[0].identity || one.from != all[0].from || one.to != all[0].to)
+        refuse(Error("ranks play other recordings, or other steps"));
+    }
+  }
+
+  // The number of the first keyframe at or after a step.
+  std::size_t keyframe_after(std::uint64_t step) const {
+    const std::span<const std::uint64_t> steps = recording->keyframe_steps();
+    return static_cast<std::size_t>(std::lower_bound(steps.begin(), steps.end(), step) - steps.begin());
+  }
+  std::size_t keyframe_before(std::uint64_t step) const {
+    const std::span<const std::uint64_t> steps = recording->keyframe_steps();
+    return static_cast<std::size_t>(std::upper_bound(steps.begin(), steps.end(), step) - steps.begin()) - 1;
+  }
+
+  FileShare read_keyframe(std::size_t keyframe, Workers& workers);
+  // Makes the world that of the last keyframe at or before a step.
+  void go_to_keyframe(std::uint64_t step, Workers& workers) {
+    const std::size_t keyframe = keyframe_before(step), chunk = recording->keyframes()[keyframe];
+    world.emplace(
+        SharedReader::make(read_keyframe(keyframe, workers), "recording", transport, workers, options));
+    do_together([&] { stream.emplace(*recording).go_behind(chunk); });
+    position = recording->keyframe_steps()[keyframe];
+    hash.reset();
+  }
+  void take_step(Workers& workers) {
+    RecordStream::Step next{};
+    do_together([&] { next = stream->next_step(&world->world()); });
+    world->step(next.dt, workers);
+    ++position;
+    hash = next.hash;
+  }
+
+  std::optional<Divergence> compare_step() {
+    const std::uint64_t actual = world->hash();
+    if (!hash || actual == *hash) return {};
+    return Divergence{.step = position, .expected_hash = *hash, .actual_hash = actual};
+  }
+  std::string difference_from(std::size_t keyframe, Workers& workers);
+  std::optional<Divergence> compare_state(Workers& workers);
+  void find_difference(Divergence& divergence, Workers& workers);
+};
+
+// This rank's share.
+FileShare DistributedPlayer::Impl::read_keyframe(std::size_t keyframe, Workers& workers) {
+  const std::size_t chunk = recording->keyframes()[keyframe];
+  FileShare share{World{}, !recording->is_shared(chunk), identity};
+  do_together([&] { restore(share.world, recording->first_state(chunk)); });
   if (share.is_whole) return share;
   std::optional<PartChunks> parts;
-  do_together(transport, file, [&] { parts.emplace(recording, chunk); });
+  do_together([&] { parts.emplace(*recording, chunk); });
   std::vector<std::int32_t> owners;
   if (const auto problem = attempt([&] { owners = find_owners(share.world, *parts, transport); }))
-    refuse(file, as_damage(*problem));  // as all ranks do
-  do_together(transport, file, [&] {
+    refuse(as_damage(*problem));  // as all ranks do
+  do_together([&] {
     Crew crew(workers);  // ends here: steps call helpers of their own
     try {
       share.world = read_share(std::move(share.world), *parts, owners, transport, crew);
@@ -97,34 +169,121 @@ FileShare read_keyframe(RecordingFile& recording, std::size_t chunk, const std::
   return share;
 }
 
-}  // namespace
+// The recorded bodies go to those who have them here. Then each rank compares its own.
+std::string DistributedPlayer::Impl::difference_from(std::size_t keyframe, Workers& workers) {
+  FileShare recorded = read_keyframe(keyframe, workers);
+  WorldData& data = internals(recorded.world);
+  const WorldData& played = internals(world->world());
+  if (std::string difference = difference_of_rows(data, played); !difference.empty()) return difference;
+  const std::vector<std::int32_t>& owners = border_of(played)->owner;
+  Crew crew(workers);
+  if (recorded.is_whole) {
+    divide_world(data, transport, owners);
+  } else {
+    Border& border = *border_of(data);
+    std::vector<GivenBody> given;
+    for (std::size_t row = 0; row < owners.size(); ++row) {
+      const auto body = static_cast<std::int32_t>(row);
+      if (border.owns(body) && is_shared_out(data.bodies, row)) given.push_back({body, owners[row]});
+    }
+    share_common_events(data, border);
+    give_bodies(data, given, crew);
+  }
+  std::string own;
+  do_together([&] { own = first_difference_of_parts(recorded.world, world->world(), crew); });
+  return first_of(transport, own);
+}
+
+std::optional<Divergence> DistributedPlayer::Impl::compare_state(Workers& workers) {
+  const std::size_t keyframe = keyframe_after(position);
+  if (keyframe == recording->keyframes().size() || recording->keyframe_steps()[keyframe] != position)
+    return {};
+  const std::uint64_t actual = world->hash();  // takes up what calls have done
+  std::string difference = difference_from(keyframe, workers);
+  if (difference.empty()) return {};
+  return Divergence{.step = position,
+                    .expected_hash = hash.value_or(actual),
+                    .actual_hash = actual,
+                    .compared_at = position,
+                    .difference = std::move(difference)};
+}
+
+void DistributedPlayer::Impl::find_difference(Divergence& divergence, Workers& workers) {
+  const std::size_t keyframe = keyframe_after(position);
+  if (keyframe == recording->keyframes().size()) return;
+  try {
+    while (position < recording->keyframe_steps()[keyframe]) take_step(workers);
+  } catch (const Error& error) {
+    divergence.difference = error.what();  // a call that only the world that was recorded could take
+    return;
+  }
+  divergence.difference = difference_from(keyframe, workers);
+  divergence.compared_at = position;
+}
+
+DistributedPlayer::DistributedPlayer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+DistributedPlayer::DistributedPlayer(const std::string& file, std::uint64_t from, Transport& transport,
+                                     Workers& workers, const DistributedOptions& options)
+    : impl_(new Impl{"DistributedPlayer", file, transport, options}) {
+  impl_->open(from, {});
+  impl_->go_to_keyframe(from, workers);
+  while (impl_->position < from) impl_->take_step(workers);
+}
+
+DistributedPlayer::~DistributedPlayer() = default;
+DistributedPlayer::DistributedPlayer(DistributedPlayer&&) noexcept = default;
+DistributedPlayer& DistributedPlayer::operator=(DistributedPlayer&&) noexcept = default;
+
+const RecordingInfo& DistributedPlayer::info() const noexcept { return impl_->recording->info(); }
+std::span<const std::uint64_t> DistributedPlayer::keyframe_steps() const noexcept {
+  return impl_->recording->keyframe_steps();
+}
+DistributedWorld& DistributedPlayer::world() noexcept { return *impl_->world; }
+std::uint64_t DistributedPlayer::position() const noexcept { return impl_->position; }
+std::optional<std::uint64_t> DistributedPlayer::recorded_hash() const noexcept { return impl_->hash; }
+
+bool DistributedPlayer::step(Workers& workers) {
+  if (impl_->position == impl_->recording->info().last_step) return false;
+  impl_->take_step(workers);
+  return true;
+}
+
+std::optional<Divergence> DistributedPlayer::verify(std::uint64_t to, Workers& workers) {
+  Impl& impl = *impl_;
+  impl.do_together([&] {
+    check_step(impl.recording->info(), to);
+    if (impl.position > to) {
+      throw Error("step " + std::to_string(to) + " is behind: the player is at step " +
+                  std::to_string(impl.position));
+    }
+  });
+  std::optional<Divergence> divergence = impl.compare_state(workers);
+  while (!divergence && impl.position < to) {
+    impl.take_step(workers);
+    divergence = impl.compare_step();
+    if (divergence) {
+      impl.find_difference(*divergence, workers);
+    } else {
+      divergence = impl.compare_state(workers);
+    }
+  }
+  return divergence;
+}
 
 DistributedWorld play_recording(const std::string& file, std::uint64_t from, std::uint64_t to,
                                 Transport& transport, Workers& workers, const DistributedOptions& options) {
-  std::optional<RecordingFile> recording;
-  do_together(transport, file, [&] {
-    recording.emplace(file);
-    check_steps(recording->info(), from, to);
-  });
-  const std::size_t keyframe = keyframe_before(*recording, from);
-  const std::size_t chunk = recording->keyframes()[keyframe];
-  const std::uint64_t identity = identity_of(*recording, to);
-  check_same(transport, file, identity, to);
-  DistributedWorld world =
-      SharedReader::make(read_keyframe(*recording, chunk, file, identity, transport, workers), "recording",
-                         transport, workers, options);
-  std::optional<RecordStream> stream;
-  do_together(transport, file, [&] { stream.emplace(*recording).go_behind(chunk); });
-  for (std::uint64_t done = recording->keyframe_steps()[keyframe]; done < to; ++done) {
-    RecordStream::Step next{};
-    do_together(transport, file, [&] { next = stream->next_step(&world.world()); });
-    world.step(next.dt, workers);
-    if (world.hash() != next.hash) {
-      throw Error("play_recording: " + file + ": step " + std::to_string(done + 1) +
-                  " has another hash than the recorded one");
+  DistributedPlayer::Impl impl{"play_recording", file, transport, options};
+  impl.open(from, to);
+  impl.go_to_keyframe(from, workers);
+  while (impl.position < to) {
+    impl.take_step(workers);
+    if (impl.compare_step()) {
+      impl.refuse(Error("step " + std::to_string(impl.position) + " has another hash than the recorded one",
+                        ErrorCode::corrupt_data));
     }
   }
-  return world;
+  return std::move(*impl.world);
 }
 
 }  // namespace scree

@@ -3,6 +3,7 @@
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/crew/crew.h>
 #include <parallel/distributed/local_columns.h>
+#include <parallel/distributed/world_parts.h>
 #include <parallel/recording/rows_in_order.h>
 #include <scree/snapshot.h>
 
@@ -22,12 +23,20 @@ void take_in_order(const Column<std::int32_t>& order, Column<Row>& rows) {
   rows.swap(taken);
 }
 
-// Free rows hold what a body or shape had when it went, which only its owner knew.
+// Free rows hold what a body, shape or joint had when it went, which only its owner knew.
 template <class Store, class Flag>
 void clear_free_rows(Store& store, Flag alive) {
   for (std::size_t row = 0; row < store.flags.size(); ++row) {
     if ((store.flags[row] & alive) == 0)
       zero_row(store, static_cast<std::int32_t>(row), LocalColumns::travelling);
+  }
+}
+
+void clear_free_rows(Joints& joints) {
+  for (std::size_t row = 0; row < joints.flags.size(); ++row) {
+    if ((joints.flags[row] & kJointAlive) != 0) continue;
+    joints.impulses[row] = {};
+    joints.color[row] = kNoColor;
   }
 }
 
@@ -64,18 +73,28 @@ void put_rows_in_order(WorldData& data, Crew& crew) {
             });
 }
 
+std::string first_difference_of_own(World& left, World& right, Crew& crew) {
+  for (World* const world : {&left, &right}) {
+    put_rows_in_order(internals(*world), crew);
+    clear_free_rows(internals(*world).bodies, kBodyAlive);
+    clear_free_rows(internals(*world).shapes, kShapeAlive);
+    clear_free_rows(internals(*world).joints);
+  }
+  return first_difference_of_copies(left, right);
+}
+
 }  // namespace
 
 std::string first_difference_but_for_order(const World& expected, const World& actual) {
   World left = clone(expected), right = clone(actual);  // whose free rows are empty
   Workers workers(1);
   Crew crew(workers);
-  for (World* const world : {&left, &right}) {
-    put_rows_in_order(internals(*world), crew);
-    clear_free_rows(internals(*world).bodies, kBodyAlive);
-    clear_free_rows(internals(*world).shapes, kShapeAlive);
-  }
-  return first_difference_of_copies(left, right);
+  return first_difference_of_own(left, right, crew);
+}
+
+std::string first_difference_of_parts(World& expected, World& actual, Crew& crew) {
+  World left = copy_part(expected, crew), right = copy_part(actual, crew);
+  return first_difference_of_own(left, right, crew);
 }
 
 }  // namespace scree

@@ -167,9 +167,9 @@ TEST(DistributedRecording, WhatCannotBePlayedIsRefusedByAllRanks) {
   expect_told(told_by_all(file, 0, 21, 21), "step is 21, must lie in [0, 20]");
   expect_told(told_by_all(file, 9, 8, 8), "step 9 comes after step 8");
   expect_told(told_by_all("/no/such/file", 0, 20, 20), "rank 2: Player: /no/such/file: cannot be read");
-  expect_told(told_by_all(other, 16, 20, 20), "ranks play other recordings, or to other steps");
-  expect_told(told_by_all(other, 0, 20, 20), "ranks play other recordings, or to other steps");
-  expect_told(told_by_all(file, 16, 20, 19), "ranks play other recordings, or to other steps");
+  expect_told(told_by_all(other, 16, 20, 20), "ranks play other recordings, or other steps");
+  expect_told(told_by_all(other, 0, 20, 20), "ranks play other recordings, or other steps");
+  expect_told(told_by_all(file, 16, 20, 19), "ranks play other recordings, or other steps");
   std::string bytes;
   {
     std::ifstream in(file, std::ios::binary);
