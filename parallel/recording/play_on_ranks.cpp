@@ -87,10 +87,13 @@ struct DistributedPlayer::Impl {
     if (const std::optional<Error> problem = agree(transport, attempt(work))) refuse(*problem);
   }
 
-  // `to`: what is played until there, if that is known, must be the same on all ranks.
-  void open(std::uint64_t from, std::optional<std::uint64_t> to) {
+  // Returns the step to begin at. `to`: what is played until there, if that is known, must be the same on all
+  // ranks.
+  std::uint64_t open(std::optional<std::uint64_t> first, std::optional<std::uint64_t> to) {
+    std::uint64_t from = 0;
     do_together([&] {
       recording.emplace(file);
+      from = first.value_or(recording->info().first_step);
       check_step(recording->info(), from);
       if (!to) return;
       check_step(recording->info(), *to);
@@ -107,6 +110,7 @@ struct DistributedPlayer::Impl {
       if (one.identity != all[0].identity || one.from != all[0].from || one.to != all[0].to)
         refuse(Error("ranks play other recordings, or other steps"));
     }
+    return from;
   }
 
   // The number of the first keyframe at or after a step.
@@ -223,12 +227,13 @@ void DistributedPlayer::Impl::find_difference(Divergence& divergence, Workers& w
 
 DistributedPlayer::DistributedPlayer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
-DistributedPlayer::DistributedPlayer(const std::string& file, std::uint64_t from, Transport& transport,
-                                     Workers& workers, const DistributedOptions& options)
+DistributedPlayer::DistributedPlayer(const std::string& file, std::optional<std::uint64_t> from,
+                                     Transport& transport, Workers& workers,
+                                     const DistributedOptions& options)
     : impl_(new Impl{"DistributedPlayer", file, transport, options}) {
-  impl_->open(from, {});
-  impl_->go_to_keyframe(from, workers);
-  while (impl_->position < from) impl_->take_step(workers);
+  const std::uint64_t begin = impl_->open(from, {});
+  impl_->go_to_keyframe(begin, workers);
+  while (impl_->position < begin) impl_->take_step(workers);
 }
 
 DistributedPlayer::~DistributedPlayer() = default;

@@ -131,6 +131,36 @@ TEST_F(DistributedCommand, RecordsWhatOneProcessVerifies) {
   EXPECT_EQ(nlohmann::json::parse(described.out)["keyframes"], 4) << described.out;
 }
 
+// By one process and by others than recorded it.
+TEST_F(DistributedCommand, ReplaysOnAnyNumberOfRanks) {
+  const std::string of_ranks = path("of_ranks.scree"), of_one = path("of_one.scree");
+  ASSERT_EQ(mpirun(3, kScene + "--keyframes 25 --record '" + of_ranks + "'").exit_code, 0);
+  const Outcome one = scree(kScene + "--keyframes 25 --record '" + of_one + "'");
+  const std::string hash = hash_of(one);
+  const std::string replay = "'" SCREE_COMMAND "' replay --distributed --threads 1 --quiet --json - ";
+  for (const std::string& file : {of_ranks, of_one}) {
+    for (const std::string options : {" --verify", " --from 30", " --from 7 --to 60 --verify"}) {
+      const Outcome outcome = launch(2, replay + "'" + file + "'" + options);
+      ASSERT_EQ(hash_of(outcome), hash) << options;
+      const nlohmann::json figures = nlohmann::json::parse(outcome.out);
+      EXPECT_EQ(figures["ranks"], 2);
+      EXPECT_EQ(figures["recorded_hash"], hash);
+      EXPECT_EQ(figures["verified"], options.find("--verify") != std::string::npos);
+    }
+  }
+  const auto refused = [&](const std::string& arguments, const std::string& reason) {
+    const Outcome outcome = launch(2, replay + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_NE(outcome.err.find(reason), std::string::npos) << arguments << "\n" << outcome.err;
+    return outcome.err;
+  };
+  const std::string missing = refused("/no/such/recording", "/no/such/recording: cannot be read");
+  EXPECT_EQ(missing.find("cannot be read"), missing.rfind("cannot be read")) << missing;
+  refused("'" + of_one + "' --from 61", "step is 61, must lie in [0, 60]");
+  refused("'" + of_one + "' --to 61", "--to 61 must be from 0 to 60");
+  refused("'" + of_one + "' --trace x", "not with --distributed");
+}
+
 // Bodies that come after the checkpoint, go after it, or are driven, are those of a run that nothing has
 // ended.
 TEST_F(DistributedCommand, GoesOnFromACheckpointWhereBodiesComeAndGo) {

@@ -163,6 +163,8 @@ void declare_replay(CLI::App& replay, Arguments& arguments) {
   declare_backend(replay, options.threads, arguments);
   declare_count(replay, "--from", options.from, "The step to begin after (default: the recording's first)");
   declare_count(replay, "--to", options.to, "The last step (default: the recording's last)");
+  replay.add_flag("--distributed", options.distributed,
+                  "Share the world out among the processes of mpirun, each of which compares its part");
   declare_trace(replay, options.trace);
   declare_json(replay, arguments);
   replay.add_flag("--quiet", options.quiet, "No progress");

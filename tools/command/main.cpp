@@ -162,6 +162,19 @@ int compare_solvers(Arguments& arguments) {
   return 0;
 }
 
+// Calls work(team). What it throws ends all processes.
+template <class Work>
+void on_team(const Work& work) {
+  const std::unique_ptr<scree::command::Team> team = scree::command::make_team();
+  try {
+    work(*team);
+  } catch (const scree::Error& error) {
+    team->fail(error, kBadInput);
+  } catch (const std::exception& error) {
+    team->fail(error, kFailed);
+  }
+}
+
 int run_scene(Arguments& arguments) {
   scree::command::RunOptions& options = arguments.options;
   options.parameters = scree::command::read_parameters(arguments.settings);
@@ -176,15 +189,10 @@ int run_scene(Arguments& arguments) {
     print(scree::command::run(options, nullptr), arguments);
     return 0;
   }
-  const std::unique_ptr<scree::command::Team> team = scree::command::make_team();
-  try {
-    const scree::command::RunFigures figures = scree::command::run(options, team.get());
-    if (team->leads()) print(figures, arguments);
-  } catch (const scree::Error& error) {
-    team->fail(error, kBadInput);
-  } catch (const std::exception& error) {
-    team->fail(error, kFailed);
-  }
+  on_team([&](scree::command::Team& team) {
+    const scree::command::RunFigures figures = scree::command::run(options, &team);
+    if (team.leads()) print(figures, arguments);
+  });
   return 0;
 }
 
@@ -243,8 +251,16 @@ int view(Arguments& arguments) {
 int replay(Arguments& arguments) {
   arguments.replay.isa = scree::command::read_isa(arguments.isa);
   check_files(arguments, {{"FILE", arguments.replay.file}});
-  const scree::command::ReplayFigures figures = scree::command::replay(arguments.replay);
-  print(figures, arguments);
+  scree::command::ReplayFigures figures;
+  if (!arguments.replay.distributed) {
+    figures = scree::command::replay(arguments.replay);
+    print(figures, arguments);
+  } else {
+    on_team([&](scree::command::Team& team) {
+      figures = scree::command::replay(arguments.replay, team);
+      if (team.leads()) print(figures, arguments);
+    });
+  }
   return figures.divergence ? kFailed : 0;
 }
 

@@ -3,10 +3,13 @@
 #include <tools/command/options.h>
 #include <tools/command/progress.h>
 #include <tools/command/replay.h>
+#include <tools/command/team.h>
 #include <tools/files/recordings.h>
 
 #include <algorithm>
+#include <fstream>
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace scree::command {
@@ -22,6 +25,16 @@ int progress_count(std::uint64_t steps) {
   return static_cast<int>(std::min<std::uint64_t>(steps, std::numeric_limits<int>::max()));
 }
 
+template <class AnyPlayer>
+void take_span(const AnyPlayer& player, const ReplayOptions& options, ReplayFigures& figures) {
+  figures.from = options.from.value_or(player.info().first_step);
+  figures.to = options.to.value_or(player.info().last_step);
+  check_span(player.info(), figures.from, figures.to);
+  for (const std::uint64_t step : player.keyframe_steps()) {
+    if (step > figures.from && step <= figures.to) ++figures.keyframes;
+  }
+}
+
 void add_times(std::vector<double> times, ReplayFigures& figures) {
   if (times.empty()) return;
   double sum = 0.0;
@@ -34,30 +47,35 @@ void add_times(std::vector<double> times, ReplayFigures& figures) {
   figures.ms_max = times.back();
 }
 
-void play(Player& player, Workers& workers, Trace* trace, Progress& progress, ReplayFigures& figures) {
+// Calls taken() after each step.
+template <class AnyPlayer, class Taken>
+void play(AnyPlayer& player, Workers& workers, Progress& progress, ReplayFigures& figures, Taken&& taken) {
   std::vector<double> times;
   while (player.position() < figures.to) {
     const auto start = Clock::now();
     if (!player.step(workers)) break;
     times.push_back(milliseconds_since(start));
-    if (trace != nullptr) trace->count({&player.world().stats()});
+    taken();
     progress.show(progress_count(player.position() - figures.from));
   }
   figures.steps = player.position() - figures.from;
   add_times(std::move(times), figures);
 }
 
-// Plays from keyframe to keyframe to show progress: the states are compared there in any case.
-void verify(Player& player, Workers& workers, Progress& progress, ReplayFigures& figures) {
+// Plays on from keyframe to keyframe to show progress, each time over one, whose states are compared.
+// verify_part(begin, end): a Divergence, if there is one.
+template <class VerifyPart>
+void verify(std::span<const std::uint64_t> keyframe_steps, Progress& progress, ReplayFigures& figures,
+            VerifyPart&& verify_part) {
   std::vector<std::uint64_t> ends;
-  for (const std::uint64_t step : player.keyframe_steps()) {
-    if (step > figures.from && step < figures.to) ends.push_back(step);
+  for (const std::uint64_t step : keyframe_steps) {
+    if (step >= figures.from && step + 1 < figures.to) ends.push_back(step + 1);
   }
   ends.push_back(figures.to);
   const auto start = Clock::now();
   std::uint64_t begin = figures.from;
   for (const std::uint64_t end : ends) {
-    figures.divergence = player.verify(begin, end, workers);
+    figures.divergence = verify_part(begin, end);
     if (figures.divergence) break;
     if (end > begin) progress.show(progress_count(end - figures.from));
     begin = end;
@@ -94,12 +112,7 @@ ReplayFigures replay(const ReplayOptions& options) {
   figures.verified = options.verify;
   figures.isa = workers.isa();
   figures.threads = workers.threads();
-  figures.from = options.from.value_or(player.info().first_step);
-  figures.to = options.to.value_or(player.info().last_step);
-  check_span(player.info(), figures.from, figures.to);
-  for (const std::uint64_t step : player.keyframe_steps()) {
-    if (step > figures.from && step <= figures.to) ++figures.keyframes;
-  }
+  take_span(player, options, figures);
   Progress progress(options.file, progress_count(std::max<std::uint64_t>(figures.to - figures.from, 1)),
                     !options.quiet);
   naming(options.file, [&] {
@@ -107,12 +120,43 @@ ReplayFigures replay(const ReplayOptions& options) {
     Workers untraced({.threads = options.threads, .isa = options.isa});
     player.seek(figures.from, untraced);
     if (options.verify) {
-      verify(player, workers, progress, figures);
+      verify(player.keyframe_steps(), progress, figures,
+             [&](std::uint64_t begin, std::uint64_t end) { return player.verify(begin, end, workers); });
     } else {
-      play(player, workers, trace ? &*trace : nullptr, progress, figures);
+      play(player, workers, progress, figures, [&] {
+        if (trace) trace->count({&player.world().stats()});
+      });
     }
   });
   if (trace) figures.trace = trace->finish(options.trace);
+  progress.finish();
+  figures.hash = player.world().hash();
+  figures.recorded_hash = player.recorded_hash();
+  return figures;
+}
+
+ReplayFigures replay(const ReplayOptions& options, Team& team) {
+  check_backend(options.threads, options.isa);
+  if (!options.trace.empty()) throw Error("--trace " + options.trace + ": not with --distributed yet");
+  // What is not there is told by one of them.
+  if (!std::ifstream(options.file)) throw Error(options.file + ": cannot be read", ErrorCode::io_failure);
+  Workers workers(WorkersOptions{.threads = team.threads_each(options.threads), .isa = options.isa});
+  ReplayFigures figures;
+  figures.file = options.file;
+  figures.verified = options.verify;
+  figures.isa = workers.isa();
+  figures.threads = workers.threads();
+  figures.ranks = team.processes();
+  DistributedPlayer player = team.play(options.file, options.from, workers);
+  take_span(player, options, figures);
+  Progress progress(options.file, progress_count(std::max<std::uint64_t>(figures.to - figures.from, 1)),
+                    !options.quiet && team.leads());
+  if (options.verify) {
+    verify(player.keyframe_steps(), progress, figures,
+           [&](std::uint64_t, std::uint64_t end) { return player.verify(end, workers); });
+  } else {
+    play(player, workers, progress, figures, [] {});
+  }
   progress.finish();
   figures.hash = player.world().hash();
   figures.recorded_hash = player.recorded_hash();

@@ -13,6 +13,8 @@
 
 namespace scree::command {
 
+class Team;
+
 struct ReplayOptions {
   std::string file;
   bool verify = false;
@@ -20,8 +22,9 @@ struct ReplayOptions {
   Isa isa = Isa::automatic;
   std::optional<std::uint64_t> from;  // step counters; default: the recording's first and last
   std::optional<std::uint64_t> to;
-  bool quiet = false;  // no progress
-  std::string trace;   // file for a timeline; empty: none
+  bool quiet = false;        // no progress
+  std::string trace;         // file for a timeline; empty: none
+  bool distributed = false;  // needs a team
 };
 
 struct ReplayFigures {
@@ -29,6 +32,7 @@ struct ReplayFigures {
   bool verified = false;  // with every hash and every keyframe compared
   Isa isa = Isa::scalar;
   int threads = 1;
+  int ranks = 0;  // 0: it was not distributed
   std::uint64_t from = 0;
   std::uint64_t to = 0;
   std::uint64_t steps = 0;      // played, of those between
@@ -45,6 +49,8 @@ struct ReplayFigures {
 
 // Throws scree::Error for bad options and for files that are no recordings.
 ReplayFigures replay(const ReplayOptions& options);
+// Each process has its part of the world; all of them call it together.
+ReplayFigures replay(const ReplayOptions& options, Team& team);
 
 // Throws scree::Error, which names the option, where `from` or `to` is no step of the recording or `from`
 // lies beyond `to`.

@@ -49,6 +49,7 @@ std::string to_table(const ReplayFigures& figures) {
   }
   if (figures.trace) table += trace_row(*figures.trace);
   table += row("instruction set", isa_name(figures.isa));
+  if (figures.ranks > 0) table += row("ranks", std::to_string(figures.ranks));
   table += row("threads", std::to_string(figures.threads));
   table += row("hash", hash_digits(figures.hash));
   if (figures.divergence) {
@@ -74,6 +75,7 @@ std::string to_json(const ReplayFigures& figures) {
   json["file"] = figures.file;
   json["isa"] = isa_name(figures.isa);
   json["threads"] = figures.threads;
+  if (figures.ranks > 0) json["ranks"] = figures.ranks;
   json["from"] = figures.from;
   json["to"] = figures.to;
   json["steps"] = figures.steps;

@@ -67,6 +67,12 @@ class MpiTeam final : public Team {
     return read_checkpoint(checkpoint, delayed_by(latency), workers);
   }
   void replace(DistributedWorld world) override { world_ = std::move(world); }
+  DistributedPlayer play(const std::string& recording, std::optional<std::uint64_t> from,
+                         Workers& workers) override {
+    meet();
+    has_begun_ = true;
+    return DistributedPlayer(recording, from, *transport_, workers);
+  }
   std::int64_t add_up(std::int64_t own) override {
     transport_->add_up({&own, 1});
     return own;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,9 @@ class Team {
   // A checkpoint as read_checkpoint() reads it; then what is in place of the world.
   virtual DistributedWorld read(const std::string& checkpoint, double latency, Workers& workers) = 0;
   virtual void replace(DistributedWorld world) = 0;
+  // A recording, from a step, or else from its first one.
+  virtual DistributedPlayer play(const std::string& recording, std::optional<std::uint64_t> from,
+                                 Workers& workers) = 0;
   virtual std::int64_t add_up(std::int64_t own) = 0;  // of all processes, which call it together
   // Before the world is taken: goes on when all processes have come here; throws Error where one has failed.
   virtual void meet() = 0;

@@ -19,11 +19,11 @@ namespace scree {
 /// all of them.
 class SCREE_API DistributedPlayer {
  public:
-  /// Goes to a step: from the last keyframe at or before it. `transport` must outlive this. Throws Error for
-  /// what is no recording, was changed, or has no such step, where ranks have files of different content, and
-  /// as read_checkpoint().
-  DistributedPlayer(const std::string& file, std::uint64_t from, Transport& transport, Workers& workers,
-                    const DistributedOptions& options = {});
+  /// Goes to a step, or where none is given to the first one: from the last keyframe at or before it.
+  /// `transport` must outlive this. Throws Error for what is no recording, was changed, or has no such step,
+  /// where ranks have files of different content, and as read_checkpoint().
+  DistributedPlayer(const std::string& file, std::optional<std::uint64_t> from, Transport& transport,
+                    Workers& workers, const DistributedOptions& options = {});
   ~DistributedPlayer();
   DistributedPlayer(DistributedPlayer&&) noexcept;  ///< the other one can only be assigned to or destroyed
   DistributedPlayer& operator=(
