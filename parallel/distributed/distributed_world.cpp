@@ -166,7 +166,8 @@ struct DistributedWorld::Impl {
   Transport& transport;
   DistributedOptions options;
   Partition partition = {};
-  std::int64_t steps = 0;  // since the world was shared out
+  std::int64_t steps = 0;       // since the world was shared out
+  std::size_t bodies_seen = 0;  // when it was looked at last
   RankStats stats = {};
   std::optional<Recorder> recorder = {};  // on rank 0
   std::string recording_file = {};
@@ -196,14 +197,23 @@ struct DistributedWorld::Impl {
       partition = cut_space(border().transport, points);
   }
 
+  // Whether calls have created so many bodies that it cannot wait, as in a world that was empty: all ranks
+  // find the same.
+  bool has_grown() {
+    constexpr std::size_t kFew = 64;
+    return data().bodies.alive > bodies_seen + bodies_seen / 4 + kFew;
+  }
+
   // Looks whether bodies should change owners.
   void look(Workers& workers) {
+    bodies_seen = data().bodies.alive;
     cut_if_uneven([this](const WeightedPoint&) { return here(); });
     give_strays(workers);
   }
 
   // What each rank has created lies where it does, not where the space was cut before.
   void settle(Workers& workers) {
+    bodies_seen = data().bodies.alive;
     cut_if_uneven([this](const WeightedPoint& point) { return partition.rank_of(point.position); });
     give_strays(workers);
   }
@@ -301,6 +311,7 @@ void DistributedWorld::share_out(World world, Transport& transport, const Distri
       owners[body] = impl_->partition.rank_of(data.bodies.pose[body].position);
   }
   divide_world(data, transport, std::move(owners));
+  impl_->bodies_seen = data.bodies.alive;
   impl_->own_new_bodies();
 }
 
@@ -314,6 +325,7 @@ DistributedWorld::DistributedWorld(FileShare share, const char* what, Transport&
   }
   impl_.reset(new Impl{std::move(share.world), transport, options});
   impl_->partition = cut_space(impl_->border().transport, impl_->weigh_own());
+  impl_->bodies_seen = impl_->data().bodies.alive;
   share_common_events(impl_->data(), impl_->border());
   impl_->give_strays(workers);
   impl_->own_new_bodies();
@@ -367,6 +379,13 @@ void DistributedWorld::give(const std::function<void(World&)>& calls, Workers& w
   if (refusal) throw *refusal;
 }
 
+// In the middle of many calls that all ranks make: lets go of new bodies before more come, and shares them
+// out.
+void DistributedWorld::take_up_calls(Workers& workers) {
+  let_go_of_given(impl_->data(), impl_->border());
+  impl_->settle(workers);
+}
+
 void DistributedWorld::step(float dt, Workers& workers) {
   Impl& impl = *impl_;
   check_border(impl.data());
@@ -374,7 +393,7 @@ void DistributedWorld::step(float dt, Workers& workers) {
   impl.border().transport.begin_step();
   const int spacing = impl.options.steps_per_look;
   const std::int64_t steps = impl.steps++;  // on all ranks, even where a hook throws in this step
-  if (spacing > 0 && steps > 0 && steps % spacing == 0) {
+  if (spacing > 0 && ((steps > 0 && steps % spacing == 0) || impl.has_grown())) {
     adopt_calls(impl.data(), impl.border());
     impl.look(workers);
   }

@@ -134,11 +134,19 @@ struct DistributedPlayer::Impl {
     hash.reset();
   }
   void take_step(Workers& workers) {
-    RecordStream::Step next{};
-    do_together([&] { next = stream->next_step(&world->world()); });
-    world->step(next.dt, workers);
+    constexpr std::uint64_t kCallsAtOnce = 1 << 16;
+    WorldData& data = internals(world->world());
+    Border& border = *border_of(data);
+    std::optional<RecordStream::Step> next;
+    border.dirty_before = 0;
+    while (!next) {
+      do_together([&] { next = stream->next_step_within(&world->world(), kCallsAtOnce); });
+      // Before more bodies come; not while there is one that step() would refuse and a later call destroys.
+      if (!next && !attempt([&] { check_new_bodies(data, border); })) world->take_up_calls(workers);
+    }
+    world->step(next->dt, workers);
     ++position;
-    hash = next.hash;
+    hash = next->hash;
   }
 
   std::optional<Divergence> compare_step() {

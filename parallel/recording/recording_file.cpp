@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace scree {
@@ -346,14 +347,20 @@ bool RecordStream::take_record(World* world, Step& step) {
 }
 
 RecordStream::Step RecordStream::next_step(World* world) {
-  for (Step step{};;) {
+  return *next_step_within(world, std::numeric_limits<std::uint64_t>::max());
+}
+
+std::optional<RecordStream::Step> RecordStream::next_step_within(World* world, std::uint64_t most_calls) {
+  for (Step step{}; most_calls > 0;) {
     if (at_ < content_.size()) {
       if (take_record(world, step)) return step;
+      --most_calls;
       continue;
     }
     close_chunk();
     open_next_chunk(world);
   }
+  return {};
 }
 
 }  // namespace scree

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -98,6 +99,8 @@ class RecordStream {
   // restored there, if there is one. There must be such a step. Throws Error, and then is where it was before
   // what is wrong.
   Step next_step(World* world);
+  // The same, but for no more calls than that: returns nothing where others come before the step.
+  std::optional<Step> next_step_within(World* world, std::uint64_t most_calls);
 
  private:
   // The next record of the chunk: true if it is the step.

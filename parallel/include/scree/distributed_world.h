@@ -21,7 +21,8 @@ struct FileShare;
 /// How bodies are shared out among ranks. No result depends on it.
 struct DistributedOptions {
   /// Steps from one look at the shares to the next, at which bodies that have left their rank's part of the
-  /// space go to another rank; 0: never, else up to 1e6.
+  /// space go to another rank; 0: never, else up to 1e6. A step before which calls have created many bodies
+  /// looks, too.
   int steps_per_look = 16;
   /// From which load on, relative to the mean of all ranks, the space is cut anew; at least 1.
   float imbalance = 1.1f;
@@ -130,6 +131,8 @@ class SCREE_API DistributedWorld {
   DistributedWorld(FileShare share, const char* what, Transport& transport, Workers& workers,
                    const DistributedOptions& options);
   void share_out(World world, Transport& transport, const DistributedOptions& options);
+  friend class DistributedPlayer;
+  void take_up_calls(Workers& workers);
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

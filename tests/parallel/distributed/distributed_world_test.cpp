@@ -401,6 +401,23 @@ TEST(DistributedWorld, JointsBreakAsInOneProcess) {
   for (const int ranks : {2, 3}) expect_bits_of_one(make, ranks, 150, {.steps_per_look = 4}, {});
 }
 
+// No rank steps all bodies of a world that was empty when it was shared out.
+TEST(DistributedWorld, SharesManyNewBodiesOutAtOnce) {
+  const auto errors = run_ranks(4, [&](int, Transport& transport) {
+    DistributedWorld world(World{}, transport);
+    for (int i = 0; i < 800; ++i) {
+      const Vec3 at = {1.1f * static_cast<float>(i % 20), 2.0f, 1.1f * static_cast<float>(i / 20)};
+      world.world().add_shape(world.world().create_body({.position = at}), Sphere{0.5f});
+    }
+    Workers workers(1);
+    world.step(kStep, workers);
+    std::vector<RankStats> ranks(4);
+    world.stats(ranks);
+    for (const RankStats& rank : ranks) EXPECT_NEAR(static_cast<double>(rank.bodies), 200.0, 40.0);
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
 // A world that goes back to what rank 0 has saved knows the handles that rank 0 has given.
 TEST(DistributedWorld, SavesItsHandles) {
   for (const int ranks : {1, 3}) {
