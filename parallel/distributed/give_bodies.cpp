@@ -147,7 +147,8 @@ void take_pairs(WorldData& data, std::vector<FoundPair>& found, const std::vecto
   Contacts& contacts = data.contacts;
   std::size_t needed = 0;
   for (const FoundPair& pair : found) needed += static_cast<std::size_t>(pair.sent.contacts);
-  provide_rows(contacts, needed, 0, data.settings.contact_forces);
+  // Calls may have changed the setting: the column follows in the next step.
+  provide_rows(contacts, needed, 0, data.settings.contact_forces || !contacts.forces.empty());
   PairRows added;
   for (const FoundPair& pair : found) {
     std::int32_t next = 0;

@@ -23,8 +23,8 @@ std::optional<Error> send_calls(World& world, Transport& transport, const std::f
                                 const AfterCalls& after);
 std::optional<Error> take_calls(World& world, Transport& transport, int from, const AfterCalls& after);
 
-// Lets go of bodies that calls have given to other ranks, and of their memory. Border::dirty_before is 0 before
-// the first of these calls.
+// Lets go of bodies that calls have given to other ranks, and of their memory. Border::dirty_before is 0
+// before the first of these calls.
 void let_go_of_given(WorldData& data, Border& border);
 
 }  // namespace scree

@@ -54,7 +54,7 @@ std::string first_of(Transport& transport, const std::string& text) {
   return all ? all->what() : std::string();
 }
 
-// Where two worlds have other bodies, or others that are shared out. All ranks find the same.
+// Where two worlds have other bodies, or others that are shared out: what all ranks should find alike.
 std::string difference_of_rows(const WorldData& recorded, const WorldData& world) {
   if (recorded.bodies.flags.size() != world.bodies.flags.size()) return "the number of body rows";
   for (std::size_t row = 0; row < recorded.bodies.flags.size(); ++row) {
@@ -77,6 +77,7 @@ struct DistributedPlayer::Impl {
   std::optional<DistributedWorld> world = {};
   std::uint64_t position = 0, identity = 0;
   std::optional<std::uint64_t> hash = {};  // recorded, of the last step
+  bool is_lost = false;
 
   [[noreturn]] void refuse(const Error& problem) const {
     throw Error(std::string(call) + ": " + file + ": " + problem.what(), problem.code());
@@ -133,7 +134,8 @@ struct DistributedPlayer::Impl {
     position = recording->keyframe_steps()[keyframe];
     hash.reset();
   }
-  void take_step(Workers& workers) {
+  // The calls up to the next step. What it throws is the same on all ranks.
+  RecordStream::Step make_calls(Workers& workers) {
     constexpr std::uint64_t kCallsAtOnce = 1 << 16;
     WorldData& data = internals(world->world());
     Border& border = *border_of(data);
@@ -144,9 +146,20 @@ struct DistributedPlayer::Impl {
       // Before more bodies come; not while there is one that step() would refuse and a later call destroys.
       if (!next && !attempt([&] { check_new_bodies(data, border); })) world->take_up_calls(workers);
     }
-    world->step(next->dt, workers);
+    return *next;
+  }
+  void take_step(const RecordStream::Step& next, Workers& workers) {
+    world->step(next.dt, workers);
     ++position;
-    hash = next->hash;
+    hash = next.hash;
+  }
+  void take_step(Workers& workers) { take_step(make_calls(workers), workers); }
+  // After a difference was found, the world is not what was recorded.
+  void find_back(Workers& workers) {
+    if (!std::exchange(is_lost, false)) return;
+    const std::uint64_t step = position;
+    go_to_keyframe(step, workers);
+    while (position < step) take_step(workers);
   }
 
   std::optional<Divergence> compare_step() {
@@ -186,7 +199,8 @@ std::string DistributedPlayer::Impl::difference_from(std::size_t keyframe, Worke
   FileShare recorded = read_keyframe(keyframe, workers);
   WorldData& data = internals(recorded.world);
   const WorldData& played = internals(world->world());
-  if (std::string difference = difference_of_rows(data, played); !difference.empty()) return difference;
+  std::string difference = first_of(transport, difference_of_rows(data, played));
+  if (!difference.empty()) return difference;
   const std::vector<std::int32_t>& owners = border_of(played)->owner;
   Crew crew(workers);
   if (recorded.is_whole) {
@@ -223,11 +237,15 @@ std::optional<Divergence> DistributedPlayer::Impl::compare_state(Workers& worker
 void DistributedPlayer::Impl::find_difference(Divergence& divergence, Workers& workers) {
   const std::size_t keyframe = keyframe_after(position);
   if (keyframe == recording->keyframes().size()) return;
-  try {
-    while (position < recording->keyframe_steps()[keyframe]) take_step(workers);
-  } catch (const Error& error) {
-    divergence.difference = error.what();  // a call that only the world that was recorded could take
-    return;
+  while (position < recording->keyframe_steps()[keyframe]) {
+    RecordStream::Step next{};
+    try {
+      next = make_calls(workers);
+    } catch (const Error& error) {
+      divergence.difference = error.what();  // a call that only the world that was recorded could take
+      return;
+    }
+    take_step(next, workers);
   }
   divergence.difference = difference_from(keyframe, workers);
   divergence.compared_at = position;
@@ -257,6 +275,7 @@ std::uint64_t DistributedPlayer::position() const noexcept { return impl_->posit
 std::optional<std::uint64_t> DistributedPlayer::recorded_hash() const noexcept { return impl_->hash; }
 
 bool DistributedPlayer::step(Workers& workers) {
+  impl_->find_back(workers);
   if (impl_->position == impl_->recording->info().last_step) return false;
   impl_->take_step(workers);
   return true;
@@ -271,6 +290,7 @@ std::optional<Divergence> DistributedPlayer::verify(std::uint64_t to, Workers& w
                   std::to_string(impl.position));
     }
   });
+  impl.find_back(workers);
   std::optional<Divergence> divergence = impl.compare_state(workers);
   while (!divergence && impl.position < to) {
     impl.take_step(workers);
@@ -281,6 +301,7 @@ std::optional<Divergence> DistributedPlayer::verify(std::uint64_t to, Workers& w
       divergence = impl.compare_state(workers);
     }
   }
+  impl.is_lost = divergence.has_value();
   return divergence;
 }
 

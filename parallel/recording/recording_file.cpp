@@ -313,7 +313,13 @@ void RecordStream::open_next_chunk(World* world) {
   const ChunkKind kind = file_.chunks()[next].head.kind;
   std::vector<std::byte> content;
   if (kind == ChunkKind::calls) content = file_.content(next);
-  if (kind == ChunkKind::restored && world != nullptr) restore(*world, file_.state(next));
+  if (kind == ChunkKind::restored && world != nullptr) {
+    if (internals(*world).border != nullptr) {
+      file_.refuse_content(next, 0, "a snapshot was restored here, which the ranks of a world cannot do",
+                           ErrorCode::wrong_state);
+    }
+    restore(*world, file_.state(next));
+  }
   go_behind(next);
   content_ = std::move(content);
 }

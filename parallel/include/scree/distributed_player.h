@@ -13,10 +13,10 @@
 
 namespace scree {
 
-/// Plays a recording on many ranks, whoever has recorded it: each has its part of the world. No rank needs
-/// room for more, but for keyframes of a single process, which each rank reads as a whole. All ranks make the
-/// same calls together, with the same file and options; what is wrong with the file throws the same Error on
-/// all of them.
+/// Plays a finished recording on many ranks, whoever has recorded it: each has its part of the world. No rank
+/// needs room for more, but for keyframes of a single process, which each rank reads as a whole. All ranks
+/// make the same calls together, with the same file and options; what is wrong with the file throws the same
+/// Error on all of them.
 class SCREE_API DistributedPlayer {
  public:
   /// Goes to a step, or where none is given to the first one: from the last keyframe at or before it.
@@ -29,20 +29,21 @@ class SCREE_API DistributedPlayer {
   DistributedPlayer& operator=(
       DistributedPlayer&&) noexcept;  ///< the other one can only be assigned to or destroyed
 
-  const RecordingInfo& info() const noexcept;
-  std::span<const std::uint64_t> keyframe_steps() const noexcept;
-  DistributedWorld& world() noexcept;                           ///< after the last step
-  std::uint64_t position() const noexcept;                      ///< info().first_step and the steps since
-  std::optional<std::uint64_t> recorded_hash() const noexcept;  ///< as Player::recorded_hash
+  const RecordingInfo& info() const noexcept;                      ///< what the recording holds
+  std::span<const std::uint64_t> keyframe_steps() const noexcept;  ///< where its whole states are, ascending
+  DistributedWorld& world() noexcept;                              ///< after the last step
+  std::uint64_t position() const noexcept;                         ///< info().first_step and the steps since
+  std::optional<std::uint64_t> recorded_hash() const noexcept;     ///< as Player::recorded_hash
 
   /// Plays on: the calls up to the next step, and that step. False, and nothing happens, at the end. Throws
   /// Error for a snapshot that was restored meanwhile, which ranks cannot take.
   bool step(Workers& workers);
-  /// Plays on to a step and compares every hash, and the whole state at every keyframe, also at one where it
-  /// begins: each rank compares what it has. Returns the same on all ranks, what Player::verify does; but
-  /// where a state differs although poses and velocities agree, the hashes are those of these, and the rank
-  /// that has found it is named. It goes no further then. Throws Error for a step that is behind, or beyond
-  /// the last one.
+  /// Plays on to a step and compares every hash, and the state at every keyframe, also at one where it
+  /// begins: each rank compares what it has, but for what is derived of it. Returns the same on all ranks:
+  /// nothing if all agree. Where a hash differs it plays on to the next keyframe, if there is one, as
+  /// Player::verify. Ranks that find other differences are named in Divergence::difference. Where a state
+  /// differs although the hash of the step agrees, both hashes are that one. The next call goes back to what
+  /// was recorded. Throws Error for a step that is behind, or beyond the last one.
   std::optional<Divergence> verify(std::uint64_t to, Workers& workers);
 
  private:

@@ -178,14 +178,23 @@ TEST_P(DistributedPlayers, FindWhatDiffers) {
        },
        360, "bodies.sleep_time, row "},
       {310, [&](World& world) { world.destroy_body(body(world, 25)); }, 311, "body "},
+      {360,
+       [&](World& world) {  // what all ranks have, on one of them
+         WorldData& data = internals(world, "test");
+         if (border_of(data)->here == 1) data.bodies.type[body(world, 15).index] = BodyType::kinematic;
+       },
+       360, "rank 1: body "},
   };
   for (const Change& change : changes) {
     std::vector<std::optional<Divergence>> found(3);
     const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
       Workers own(1);
-      DistributedPlayer player(file_, change.at, transport, own);
+      DistributedPlayer player(file_, change.at - 1, transport, own);
+      player.step(own);
       change.make(player.world().world());
       found[static_cast<std::size_t>(rank)] = player.verify(kPlayed, own);
+      const auto again = player.verify(kPlayed, own);  // of what was recorded
+      EXPECT_FALSE(again) << again->difference;
     });
     EXPECT_EQ(all_of(errors), "");
     ASSERT_TRUE(found[0] && found[1] && found[2]) << change.difference;

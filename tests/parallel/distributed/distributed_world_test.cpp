@@ -401,6 +401,33 @@ TEST(DistributedWorld, JointsBreakAsInOneProcess) {
   for (const int ranks : {2, 3}) expect_bits_of_one(make, ranks, 150, {.steps_per_look = 4}, {});
 }
 
+// Contacts that come with a body find room whatever calls have said of their forces since the last step.
+TEST(DistributedWorld, OwnersChangeWhileContactForcesAreTurnedOnAndOff) {
+  const auto turn = [](World& world, int step) {
+    WorldSettings settings = world.settings();
+    settings.contact_forces = step % 2 == 0;
+    world.set_settings(settings);
+  };
+  Start one = falling_column();
+  Workers workers(1);
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < 80; ++i) {
+    turn(one.world, i);
+    step(one.world, kStep, workers);
+    hashes.push_back(one.world.hash());
+  }
+  const auto errors = run_ranks(3, [&](int, Transport& transport) {
+    DistributedWorld world(falling_column().world, transport, {.steps_per_look = 1, .imbalance = 1.0f});
+    Workers of_rank(1);
+    for (int i = 0; i < 80; ++i) {
+      turn(world.world(), i);
+      world.step(kStep, of_rank);
+      ASSERT_EQ(world.hash(), hashes[static_cast<std::size_t>(i)]) << "step " << i;
+    }
+  });
+  EXPECT_EQ(all_of(errors), "");
+}
+
 // No rank steps all bodies of a world that was empty when it was shared out.
 TEST(DistributedWorld, SharesManyNewBodiesOutAtOnce) {
   const auto errors = run_ranks(4, [&](int, Transport& transport) {
