@@ -251,8 +251,6 @@ void DistributedPlayer::Impl::find_difference(Divergence& divergence, Workers& w
   divergence.compared_at = position;
 }
 
-DistributedPlayer::DistributedPlayer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-
 DistributedPlayer::DistributedPlayer(const std::string& file, std::optional<std::uint64_t> from,
                                      Transport& transport, Workers& workers,
                                      const DistributedOptions& options)

@@ -51,7 +51,6 @@ class SCREE_API DistributedPlayer {
                                                    std::uint64_t to, Transport& transport, Workers& workers,
                                                    const DistributedOptions& options);
   struct Impl;
-  explicit DistributedPlayer(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 
