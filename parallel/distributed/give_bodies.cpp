@@ -139,7 +139,7 @@ void take_pairs(WorldData& data, std::vector<FoundPair>& found, const std::vecto
                             return key_of(one.sent.pair) == key_of(other.sent.pair);
                           }),
               found.end());
-  // Of a pair at rest a rank may know, even if both bodies are others'.
+  // Of pairs that were at rest a rank may know some, even if both bodies were others'.
   const Column<ShapePair>& known = data.contacts.pairs.pair;
   std::erase_if(found, [&](const FoundPair& pair) {
     return std::binary_search(known.begin(), known.end(), pair.sent.pair, comes_before);
@@ -349,15 +349,22 @@ void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) 
   wake_neighbors(data);  // while pairs that calls have ended are there, which do not travel
   const std::vector<Move> moves = share_moves(border, given);
   if (moves.empty()) return;
-  std::vector<std::int32_t> next_owner = border.owner, own;
+  std::vector<std::int32_t> next_owner = border.owner, own, moved_here;  // `moved_here`: given or taken
   std::vector<std::vector<std::int32_t>> taken(border.halos.size());  // by rank that gives them to this one
   for (const Move& move : moves) {
     next_owner[static_cast<std::size_t>(move.body)] = move.to;
     if (move.from == border.here) own.push_back(move.body);
     if (move.to == border.here) taken[static_cast<std::size_t>(move.from)].push_back(move.body);
+    if (move.from == border.here || move.to == border.here) moved_here.push_back(move.body);
+  }
+  // Pairs at rest travel like others. Of bodies that it takes, too, this rank may know some: of a world that
+  // was just shared out all, and those with what calls have made everybody's.
+  if (border.halos_stale) {
+    pull_all_pairs(data, crew);
+  } else {
+    pull_pairs_of(data, moved_here, crew);
   }
   if (!own.empty()) {
-    pull_pairs_of(data, own, crew);  // pairs at rest travel like others
     const std::vector<Parcel> parcels = pack(data, border, own, next_owner, border.halos.size());
     for (std::size_t place = 0; place < parcels.size(); ++place) {
       if (parcels[place].bodies.empty()) continue;

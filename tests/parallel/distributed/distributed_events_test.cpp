@@ -100,6 +100,11 @@ void stir(World& world, const std::vector<BodyId>& bodies, int step) {
         world.set_body_type(bodies[i], step == 200 ? BodyType::kinematic : BodyType::dynamic);
     }
   }
+  if (step == 370) {  // most sleep
+    for (std::size_t i = 9; i < bodies.size(); i += 14) {
+      if (world.is_alive(bodies[i])) world.set_body_type(bodies[i], BodyType::fixed);
+    }
+  }
   if (step == 380) world.set_linear_velocity(bodies[bodies.size() / 2], {0.5f, 6, 0});
 }
 

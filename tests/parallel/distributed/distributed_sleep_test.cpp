@@ -1,16 +1,23 @@
 // Laws of sleep in a world that is divided among ranks.
+#include <scree/distributed_world.h>
+#include <scree/snapshot.h>
+#include <scree/step.h>
+#include <tests/parallel/distributed/local_ranks.h>
 #include <tests/parallel/distributed/step_ranks.h>
 
 #include <algorithm>
+#include <set>
 #include <span>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace scree {
 namespace {
 
 using namespace distributed_tests;
+using physics::kStep;
 using physics::Lab;
 
 // Two heaps fall asleep, a ball that comes late wakes one of them, and a plate on a joint pulls at a row.
@@ -132,6 +139,54 @@ TEST(DistributedSleep, ANewOwnerOfOneBodyCostsByItsPairs) {
     }
   }
   EXPECT_EQ(std::count(pulled.begin(), pulled.end(), 0), kRanks - 1) << "who gave it alone";
+}
+
+// All ranks know all pairs at rest of a world that was just shared out.
+TEST(DistributedSleep, OwnersOfSleepersMayChangeBeforeTheFirstStep) {
+  World one;
+  one.add_shape(one.create_body({.type = BodyType::fixed}), HalfSpace{});
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 at = {static_cast<float>(i % 10), 0.5f + 0.99f * static_cast<float>(i / 100),
+                     static_cast<float>(i / 10 % 10)};
+    one.add_shape(one.create_body({.position = at}), Box{{0.5f, 0.5f, 0.5f}});
+  }
+  Workers workers(1);
+  for (int i = 0; i < 200; ++i) step(one, kStep, workers);
+  EXPECT_EQ(one.stats().awake_bodies, 0);
+  Snapshot sleeping;
+  save(one, sleeping);
+  const auto create = [](World& world) {
+    for (int i = 0; i < 150; ++i) {
+      const float x = 12.0f + static_cast<float>(i % 15), y = 1.0f + static_cast<float>(i / 15);
+      world.add_shape(world.create_body({.position = {x, y, 0}}), Sphere{0.4f});
+    }
+  };
+  create(one);
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < 20; ++i) {
+    step(one, kStep, workers);
+    hashes.push_back(one.hash());
+  }
+  const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
+    World restored;
+    restore(restored, sleeping);
+    DistributedWorld world(std::move(restored), transport);
+    Workers of_rank(1);
+    world.give(
+        [&](World& part) {
+          if (rank == 0) create(part);
+        },
+        of_rank);
+    for (int i = 0; i < 20; ++i) {
+      world.step(kStep, of_rank);
+      ASSERT_EQ(world.hash(), hashes[static_cast<std::size_t>(i)]) << "step " << i;
+      const Column<ShapePair>& rest = internals(world.world()).contacts.resting.pair;
+      std::set<std::pair<std::int32_t, std::int32_t>> each;
+      for (const ShapePair& pair : rest) each.insert({pair.a, pair.b});
+      ASSERT_EQ(each.size(), rest.size()) << "step " << i;
+    }
+  });
+  EXPECT_EQ(all_of(errors), "");
 }
 
 // A ball that a bullet strikes goes, in the same step, to a wall that sleeps on another rank and that nothing
