@@ -206,14 +206,12 @@ struct DistributedWorld::Impl {
 
   // Looks whether bodies should change owners.
   void look(Workers& workers) {
-    bodies_seen = data().bodies.alive;
     cut_if_uneven([this](const WeightedPoint&) { return here(); });
     give_strays(workers);
   }
 
   // What each rank has created lies where it does, not where the space was cut before.
   void settle(Workers& workers) {
-    bodies_seen = data().bodies.alive;
     cut_if_uneven([this](const WeightedPoint& point) { return partition.rank_of(point.position); });
     give_strays(workers);
   }
@@ -226,6 +224,7 @@ struct DistributedWorld::Impl {
   }
 
   void give_strays(Workers& workers) {
+    bodies_seen = data().bodies.alive;
     const PartitionBox box = box_of(partition, transport.rank());
     std::vector<GivenBody> given;
     for_each_own([&](std::int32_t body) {
@@ -325,7 +324,6 @@ DistributedWorld::DistributedWorld(FileShare share, const char* what, Transport&
   }
   impl_.reset(new Impl{std::move(share.world), transport, options});
   impl_->partition = cut_space(impl_->border().transport, impl_->weigh_own());
-  impl_->bodies_seen = impl_->data().bodies.alive;
   share_common_events(impl_->data(), impl_->border());
   impl_->give_strays(workers);
   impl_->own_new_bodies();

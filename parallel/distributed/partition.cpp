@@ -15,16 +15,17 @@ constexpr int kBins = 32, kRounds = 5;  // 2^25 places, as many as a float has d
 
 // Ranks that have not been parted yet.
 struct Group {
-  std::int32_t begin, end;   // ranks
-  float lower[3], upper[3];  // around its points
-  float reach[3] = {};       // of most of them
-  std::int32_t axis = 0;     // of the cut that is sought
-  float from = 0, to = 0;    // which is in here
-  std::int64_t below = 0;    // weight before `from`
-  std::int64_t wanted = 0;   // weight for the lower half of the ranks
+  std::int32_t begin, end;                         // ranks
+  float lower[3], upper[3];                        // around its points
+  float inner_lower[3] = {}, inner_upper[3] = {};  // around most of them
+  std::int32_t axis = 0;                           // of the cut that is sought
+  float from = 0, to = 0;                          // which is in here
+  std::int64_t below = 0;                          // weight before `from`
+  std::int64_t wanted = 0;                         // weight for the lower half of the ranks
 };
 
 bool is_parted(const Group& group) { return group.end - group.begin < 2; }
+float reach_of(const Group& group, int axis) { return group.inner_upper[axis] - group.inner_lower[axis]; }
 std::int32_t middle_of(const Group& group) { return group.begin + (group.end - group.begin) / 2; }
 
 Group group_of_all(Transport& transport, std::span<const WeightedPoint> points) {
@@ -51,18 +52,21 @@ Group group_of_all(Transport& transport, std::span<const WeightedPoint> points) 
   return all;
 }
 
-// The place of a point in the histogram of its group: 0 before `from`, kBins + 1 from `to` on.
+// The place of a point in the histogram of its group: 0 before `from`, kBins + 1 from `to` on. Strays count
+// where the range of most points ends.
 int bin_of(const Group& group, const WeightedPoint& point) {
-  const float at = point.position[group.axis];
+  const float at = std::max(group.inner_lower[group.axis],
+                            std::min(point.position[group.axis], group.inner_upper[group.axis]));
   if (!(at >= group.from)) return 0;
   if (at >= group.to) return kBins + 1;
-  const float share = (at - group.from) / (group.to - group.from);
+  const double from = group.from, share = (at - from) / (group.to - from);
   return 1 + std::min(kBins - 1, static_cast<int>(share * kBins));
 }
 
 // Where a bin begins. Rounded as it may be, it only moves a cut.
 float begin_of(const Group& group, int bin) {
-  return group.from + (group.to - group.from) * (static_cast<float>(bin) / kBins);
+  const double from = group.from;
+  return static_cast<float>(from + (group.to - from) * (static_cast<double>(bin) / kBins));
 }
 
 // In double precision, as most points may lie close together at one end of it.
@@ -84,10 +88,11 @@ Range trimmed(const Range& range, std::span<const std::int64_t, 3> sums, double 
           range.lower + range.length() * (std::min(mean + most, units) / units)};
 }
 
-// -> Group::reach. A few bodies that have fallen off the world must not decide across which axis a pile is
-// cut, so the range is trimmed to where most points are, and again as that is known better.
-void measure_reach(Transport& transport, std::span<const WeightedPoint> points,
-                   std::span<const std::int32_t> group_of, std::vector<Group>& groups) {
+// -> Group::inner_lower, inner_upper. A few bodies that have fallen off the world must not decide across
+// which axis a pile is cut, nor how finely, so the range is trimmed to where most points are, and again as
+// that is known better.
+void find_inner(Transport& transport, std::span<const WeightedPoint> points,
+                std::span<const std::int32_t> group_of, std::vector<Group>& groups) {
   constexpr double kUnits = 1024.0, kHardlyLess = 0.8;
   constexpr int kMostTrims = 20;
   std::vector<Range> ranges;
@@ -117,8 +122,12 @@ void measure_reach(Transport& transport, std::span<const WeightedPoint> points,
       is_trimmed = is_trimmed || ranges[place].length() < kHardlyLess * before.length();
     }
   }
-  for (std::size_t place = 0; place < ranges.size(); ++place)
-    groups[place / 3].reach[place % 3] = static_cast<float>(ranges[place].length());
+  for (std::size_t place = 0; place < ranges.size(); ++place) {
+    Group& group = groups[place / 3];
+    const std::size_t axis = place % 3;
+    group.inner_lower[axis] = std::max(static_cast<float>(ranges[place].lower), group.lower[axis]);
+    group.inner_upper[axis] = std::min(static_cast<float>(ranges[place].upper), group.upper[axis]);
+  }
 }
 
 // How far it is from point to point in their order, along each axis of each group, as a share of the group's
@@ -133,7 +142,7 @@ std::vector<std::int64_t> add_up_ways(Transport& transport, std::span<const Weig
     const auto place = static_cast<std::size_t>(group_of[i]);
     for (int axis = 0; axis < 3; ++axis) {
       const float way =
-          std::abs(points[i].position[axis] - points[i - 1].position[axis]) / groups[place].reach[axis];
+          std::abs(points[i].position[axis] - points[i - 1].position[axis]) / reach_of(groups[place], axis);
       if (way > 0.0f)
         ways[place * 3 + static_cast<std::size_t>(axis)] +=
             static_cast<std::int64_t>(kUnits * std::min(way, 1.0f));
@@ -150,22 +159,22 @@ std::vector<std::int64_t> add_up_ways(Transport& transport, std::span<const Weig
 void choose_axes(Transport& transport, std::span<const WeightedPoint> points,
                  std::span<const std::int32_t> group_of, std::vector<Group>& groups) {
   constexpr float kHardlyShorter = 0.7f;
-  measure_reach(transport, points, group_of, groups);
+  find_inner(transport, points, group_of, groups);
   const std::vector<std::int64_t> ways = add_up_ways(transport, points, group_of, groups);
   for (std::size_t i = 0; i < groups.size(); ++i) {
     Group& group = groups[i];
-    const auto& reach = group.reach;
+    const auto reach = [&](int axis) { return reach_of(group, axis); };
     const auto way = [&](int axis) { return ways[i * 3 + static_cast<std::size_t>(axis)]; };
     int longest = 0;
     for (const int axis : {1, 2}) {
-      if (reach[axis] > reach[longest]) longest = axis;
+      if (reach(axis) > reach(longest)) longest = axis;
     }
     group.axis = longest;
     for (const int axis : {0, 1, 2}) {
-      if (reach[axis] >= kHardlyShorter * reach[longest] && way(axis) < way(group.axis)) group.axis = axis;
+      if (reach(axis) >= kHardlyShorter * reach(longest) && way(axis) < way(group.axis)) group.axis = axis;
     }
-    group.from = group.lower[group.axis];
-    group.to = std::nextafter(group.upper[group.axis], std::numeric_limits<float>::infinity());
+    group.from = group.inner_lower[group.axis];
+    group.to = std::nextafter(group.inner_upper[group.axis], std::numeric_limits<float>::max());
     group.below = 0;
   }
 }

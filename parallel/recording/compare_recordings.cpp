@@ -73,8 +73,9 @@ std::optional<Divergence> compare(Player& a, Player& b, Workers& workers) {
   const std::uint64_t first = std::max(left_info.first_step, right_info.first_step);
   const std::uint64_t last = std::min(left_info.last_step, right_info.last_step);
   if (first >= last) throw Error("compare: the recordings have no step in common");
-  std::optional<Divergence> divergence = first_step_that_differs(
-      left.file, left.keyframe_before(first), right.file, right.keyframe_before(first), first, last);
+  std::optional<Divergence> divergence =
+      first_step_that_differs(left.file, left.file.keyframe_before(first), right.file,
+                              right.file.keyframe_before(first), first, last);
   const std::vector<CommonKeyframe> common = common_keyframes(a.keyframe_steps(), b.keyframe_steps());
   // A keyframe of many ranks has its rows in another order, and so has what goes on from there.
   const auto compare_keyframes = [&](const CommonKeyframe& at) {

@@ -114,20 +114,10 @@ struct DistributedPlayer::Impl {
     return from;
   }
 
-  // The number of the first keyframe at or after a step.
-  std::size_t keyframe_after(std::uint64_t step) const {
-    const std::span<const std::uint64_t> steps = recording->keyframe_steps();
-    return static_cast<std::size_t>(std::lower_bound(steps.begin(), steps.end(), step) - steps.begin());
-  }
-  std::size_t keyframe_before(std::uint64_t step) const {
-    const std::span<const std::uint64_t> steps = recording->keyframe_steps();
-    return static_cast<std::size_t>(std::upper_bound(steps.begin(), steps.end(), step) - steps.begin()) - 1;
-  }
-
   FileShare read_keyframe(std::size_t keyframe, Workers& workers);
   // Makes the world that of the last keyframe at or before a step.
   void go_to_keyframe(std::uint64_t step, Workers& workers) {
-    const std::size_t keyframe = keyframe_before(step), chunk = recording->keyframes()[keyframe];
+    const std::size_t keyframe = recording->keyframe_before(step), chunk = recording->keyframes()[keyframe];
     world.emplace(
         SharedReader::make(read_keyframe(keyframe, workers), "recording", transport, workers, options));
     do_together([&] { stream.emplace(*recording).go_behind(chunk); });
@@ -221,7 +211,7 @@ std::string DistributedPlayer::Impl::difference_from(std::size_t keyframe, Worke
 }
 
 std::optional<Divergence> DistributedPlayer::Impl::compare_state(Workers& workers) {
-  const std::size_t keyframe = keyframe_after(position);
+  const std::size_t keyframe = recording->keyframe_after(position);
   if (keyframe == recording->keyframes().size() || recording->keyframe_steps()[keyframe] != position)
     return {};
   const std::uint64_t actual = world->hash();  // takes up what calls have done
@@ -235,7 +225,7 @@ std::optional<Divergence> DistributedPlayer::Impl::compare_state(Workers& worker
 }
 
 void DistributedPlayer::Impl::find_difference(Divergence& divergence, Workers& workers) {
-  const std::size_t keyframe = keyframe_after(position);
+  const std::size_t keyframe = recording->keyframe_after(position);
   if (keyframe == recording->keyframes().size()) return;
   while (position < recording->keyframe_steps()[keyframe]) {
     RecordStream::Step next{};

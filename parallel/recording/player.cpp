@@ -79,19 +79,9 @@ void Player::Impl::check_step(std::uint64_t step, const char* call) const {
               std::to_string(info.first_step) + ", " + std::to_string(info.last_step) + "]");
 }
 
-std::size_t Player::Impl::keyframe_before(std::uint64_t step) const {
-  const std::span<const std::uint64_t> steps = file.keyframe_steps();
-  return static_cast<std::size_t>(std::upper_bound(steps.begin(), steps.end(), step) - steps.begin()) - 1;
-}
-
-std::size_t Player::Impl::keyframe_after(std::uint64_t step) const {
-  const std::span<const std::uint64_t> steps = file.keyframe_steps();
-  return static_cast<std::size_t>(std::lower_bound(steps.begin(), steps.end(), step) - steps.begin());
-}
-
 void Player::Impl::seek(std::uint64_t step, Workers& workers, const char* call) {
   check_step(step, call);
-  const std::size_t keyframe = keyframe_before(step);
+  const std::size_t keyframe = file.keyframe_before(step);
   is_lost |= next.has_value() && step == position;  // its world is that before the calls of the next step
   if (is_lost || position > step || keyframe_step(keyframe) > position) restore_keyframe(keyframe);
   while (position < step) this->step(workers);
@@ -119,7 +109,7 @@ std::string Player::Impl::difference_from(std::size_t keyframe) {
 }
 
 void Player::Impl::find_difference(Divergence& divergence, Workers& workers) {
-  const std::size_t keyframe = keyframe_after(position);
+  const std::size_t keyframe = file.keyframe_after(position);
   if (keyframe == file.keyframes().size()) return;
   try {
     while (position < keyframe_step(keyframe)) step(workers);
@@ -138,7 +128,7 @@ std::optional<Divergence> Player::Impl::compare_step() {
 }
 
 std::optional<Divergence> Player::Impl::compare_state() {
-  const std::size_t keyframe = keyframe_after(position);
+  const std::size_t keyframe = file.keyframe_after(position);
   if (keyframe == file.keyframes().size() || keyframe_step(keyframe) != position) return {};
   std::string difference = difference_from(keyframe);
   if (difference.empty()) return {};

@@ -263,6 +263,16 @@ SolidViews RecordingFile::solids_before(std::size_t chunk) {
           std::span<const MeshPointer>(solids_.meshes).first(static_cast<std::size_t>(next.meshes_before))};
 }
 
+std::size_t RecordingFile::keyframe_before(std::uint64_t step) const {
+  const auto after = std::upper_bound(keyframe_steps_.begin(), keyframe_steps_.end(), step);
+  return static_cast<std::size_t>(after - keyframe_steps_.begin()) - 1;
+}
+
+std::size_t RecordingFile::keyframe_after(std::uint64_t step) const {
+  const auto found = std::lower_bound(keyframe_steps_.begin(), keyframe_steps_.end(), step);
+  return static_cast<std::size_t>(found - keyframe_steps_.begin());
+}
+
 Snapshot RecordingFile::first_state(std::size_t chunk) {
   const SolidViews solids = solids_before(chunk);
   return read_content(chunk, content(chunk), [&](std::span<const std::byte> bytes) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <parallel/distributed/border.h>
 #include <scree/distributed_world.h>
+#include <scree/snapshot.h>
 #include <scree/step.h>
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/physics/lab.h>
@@ -100,23 +101,18 @@ void stir(World& world, const std::vector<BodyId>& bodies, int step) {
         world.set_body_type(bodies[i], step == 200 ? BodyType::kinematic : BodyType::dynamic);
     }
   }
-  if (step == 370) {  // most sleep
-    for (std::size_t i = 9; i < bodies.size(); i += 14) {
-      if (world.is_alive(bodies[i])) world.set_body_type(bodies[i], BodyType::fixed);
-    }
-  }
   if (step == 380) world.set_linear_velocity(bodies[bodies.size() / 2], {0.5f, 6, 0});
 }
 
-// Gives some bodies to owners that are drawn at random.
-void give_some(DistributedWorld& world, int draw, Workers& workers) {
+// Gives a share of the bodies to owners that are drawn at random, of four.
+void give_some(DistributedWorld& world, int draw, float share, Workers& workers) {
   WorldData& data = internals(world.world(), "test");
   Border& border = *border_of(data);
   adopt_calls(data, border);
   std::vector<GivenBody> given;
   for (std::int32_t body = 0; std::cmp_less(body, border.owner.size()); ++body) {
     physics::Random random(static_cast<std::uint64_t>(body + 1000 * draw));
-    if (border.owns(body) && random.uniform(0, 1) < 0.1f)
+    if (border.owns(body) && random.uniform(0, 1) < share)
       given.push_back({body, static_cast<std::int32_t>(random.uniform(0, 3.999f))});
   }
   Crew crew(workers);
@@ -149,7 +145,7 @@ TEST(DistributedEvents, AreThoseOfOneProcessOnTheOwners) {
       Workers workers(1);
       for (int i = 0; i < kSteps; ++i) {
         stir(world.world(), all, i);
-        if (at_random) give_some(world, i, workers);
+        if (at_random) give_some(world, i, 0.1f, workers);
         world.step(kStep, workers);
         for (const ContactEvent& event : world.world().contact_begins())
           EXPECT_TRUE(world.owns(event.body_a) || world.owns(event.body_b));
@@ -161,6 +157,57 @@ TEST(DistributedEvents, AreThoseOfOneProcessOnTheOwners) {
     EXPECT_EQ(all_of(errors), "");
     for (std::size_t i = 0; i < kSteps; ++i) ASSERT_EQ(found[i], expected[i]) << "step " << i;
   }
+}
+
+// A rank knows pairs at rest of its body and another's. Where calls make its body everybody's, it gets the
+// other one with the pair that it knows.
+TEST(DistributedEvents, OfSleepersEndOnceWhereNeighborsBecomeKinematicAndOwnersChange) {
+  constexpr int kRanks = 4;
+  WorldSettings settings;
+  settings.contact_events = ContactEvents::all;
+  World one(settings);
+  one.add_shape(one.create_body({.type = BodyType::fixed}), HalfSpace{});
+  std::vector<std::uint32_t> rows;
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 at = {static_cast<float>(i % 10), 0.5f + 0.99f * static_cast<float>(i / 100),
+                     static_cast<float>(i / 10 % 10)};
+    const BodyId box = one.create_body({.position = at});
+    one.add_shape(box, Box{{0.5f, 0.5f, 0.5f}});
+    rows.push_back(box.index);
+  }
+  Workers one_thread(1);
+  for (int i = 0; i < 200; ++i) step(one, kStep, one_thread);
+  EXPECT_EQ(one.stats().awake_bodies, 0);
+  Snapshot sleeping;
+  save(one, sleeping);
+  const auto change = [&](World& world, int at) {
+    if (at != 2) return;
+    for (std::size_t i = 0; i < rows.size(); i += 7)
+      world.set_body_type(world.body_at(rows[i]), BodyType::kinematic);
+  };
+  constexpr int kSteps = 6;
+  std::vector<EventsOfStep> expected(kSteps), found(kSteps);
+  for (int i = 0; i < kSteps; ++i) {
+    change(one, i);
+    step(one, kStep, one_thread);
+    add_events(one, expected[static_cast<std::size_t>(i)]);
+  }
+  std::mutex mutex;
+  const auto errors = run_ranks(kRanks, [&](int, Transport& transport) {
+    World restored;
+    restore(restored, sleeping);
+    DistributedWorld world(std::move(restored), transport, {.steps_per_look = 0});
+    Workers workers(1);
+    for (int i = 0; i < kSteps; ++i) {
+      change(world.world(), i);
+      if (i == 2) give_some(world, i, 0.5f, workers);
+      world.step(kStep, workers);
+      const std::lock_guard lock(mutex);
+      add_events(world.world(), found[static_cast<std::size_t>(i)]);
+    }
+  });
+  EXPECT_EQ(all_of(errors), "");
+  for (std::size_t i = 0; i < kSteps; ++i) EXPECT_EQ(found[i], expected[i]) << "step " << i;
 }
 
 // Fixed plates under sleepers and sliders become dynamic: who owns them then knows what lies on them. Some

@@ -6,9 +6,9 @@
 #include <scree/error.h>
 #include <scree/recording.h>
 #include <scree/step.h>
+#include <tests/parallel/distributed/eventful_pile.h>
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/physics/lab.h>
-#include <tools/scenes/scene.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -16,6 +16,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -33,17 +34,12 @@ std::string player_file(const std::string& name) {
   return (std::filesystem::temp_directory_path() / own).string();
 }
 
-// A pile that falls and sleeps, with a chain, a gate that sees it, and events of all kinds.
+// With a chain.
 World make_played(std::vector<BodyId>& bodies, std::vector<JointId>& joints) {
-  scenes::Scene scene = scenes::build("pile", {{"bodies", 45}}).front();
-  scene.settings.sleeping = true;
-  scene.settings.contact_events = ContactEvents::all;
-  scene.settings.contact_forces = true;
-  World world(scene.settings);
-  bodies = scenes::populate(world, scene);
-  const BodyId gate = world.create_body({.type = BodyType::fixed});
-  world.add_shape(gate, Box{{6, 1, 6}}, {}, {.local_pose = {{0, 1.5f, 0}, {}}, .sensor = true});
-  BodyId last = gate;
+  distributed_tests::EventfulPile pile = distributed_tests::make_eventful_pile(45);
+  World& world = pile.world;
+  bodies = pile.bodies;
+  BodyId last = pile.gate;
   for (int i = 0; i < 12; ++i) {
     const BodyId link = world.create_body({.position = {-3.0f + 0.5f * static_cast<float>(i), 9, 0}});
     world.add_shape(link, Box{{0.22f, 0.1f, 0.1f}});
@@ -54,7 +50,7 @@ World make_played(std::vector<BodyId>& bodies, std::vector<JointId>& joints) {
                                         BallJoint{}));
     bodies.push_back(last = link);
   }
-  return world;
+  return std::move(world);
 }
 
 void act_on_played(World& world, const std::vector<BodyId>& bodies, const std::vector<JointId>& joints,

@@ -4,6 +4,7 @@
 #include <scree/error.h>
 #include <scree/recording.h>
 #include <scree/step.h>
+#include <tests/parallel/distributed/eventful_pile.h>
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/physics/lab.h>
 #include <tools/scenes/scene.h>
@@ -16,6 +17,7 @@
 #include <iterator>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace scree {
@@ -33,17 +35,11 @@ std::string file_name(const std::string& name) {
 
 // Falls, sleeps and wakes, with a hinge and a sensor, and events of all kinds.
 World make_world(std::vector<BodyId>& bodies) {
-  scenes::Scene scene = scenes::build("pile", {{"bodies", 90}}).front();
-  scene.settings.sleeping = true;
-  scene.settings.contact_events = ContactEvents::all;
-  scene.settings.contact_forces = true;
-  World world(scene.settings);
-  bodies = scenes::populate(world, scene);
-  const BodyId gate = world.create_body({.type = BodyType::fixed});
-  world.add_shape(gate, Box{{6, 1, 6}}, {}, {.local_pose = {{0, 1.5f, 0}, {}}, .sensor = true});
-  world.create_joint({.body_a = bodies[bodies.size() - 1], .body_b = bodies[bodies.size() - 2]},
-                     HingeJoint{});
-  return world;
+  distributed_tests::EventfulPile pile = distributed_tests::make_eventful_pile(90);
+  bodies = pile.bodies;
+  pile.world.create_joint({.body_a = bodies[bodies.size() - 1], .body_b = bodies[bodies.size() - 2]},
+                          HingeJoint{});
+  return std::move(pile.world);
 }
 
 void act(World& world, const std::vector<BodyId>& bodies, int step) {

@@ -108,6 +108,20 @@ TEST(Partition, StraysDecideAboutNoAxis) {
   }
 }
 
+// Nor do they keep a cut from being fine enough, however far out they are.
+TEST(Partition, StraysAlongACutLeaveTheLoadsEven) {
+  for (const float far : {1e5f, 1e9f, 1e20f, 3e38f}) {
+    physics::Random random(12);
+    std::vector<WeightedPoint> points;
+    for (int i = 0; i < 5000; ++i)
+      points.push_back({{random.uniform(-45, 45), random.uniform(0, 5), random.uniform(-5, 5)}, 3});
+    for (int i = 0; i < 8; ++i) points.push_back({{i % 2 == 0 ? far : -far, 1, 0}, 3});
+    const Partition partition = cut(points, 4, 1).front();
+    for (const std::int64_t weight : weights_of(partition, points))
+      EXPECT_NEAR(static_cast<double>(weight), 0.25 * 3.0 * static_cast<double>(points.size()), 60.0) << far;
+  }
+}
+
 TEST(Partition, TakesPointsInOnePlaceAndNoPoints) {
   const std::vector<WeightedPoint> same(100, WeightedPoint{{1, 2, 3}, 4});
   const std::vector<std::int64_t> weights = weights_of(cut(same, 4, 1).front(), same);
