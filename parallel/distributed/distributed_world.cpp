@@ -201,6 +201,7 @@ struct DistributedWorld::Impl {
   // find the same.
   bool has_grown() {
     constexpr std::size_t kFew = 64;
+    bodies_seen = std::min(bodies_seen, data().bodies.alive);  // some may have gone
     return data().bodies.alive > bodies_seen + bodies_seen / 4 + kFew;
   }
 

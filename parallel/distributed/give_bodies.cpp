@@ -274,17 +274,15 @@ struct Loan {
   std::int32_t body, rank;
 };
 
-// Of what this rank gives to another, which lends it from now on.
-std::vector<Loan> list_loans(const Border& border, const std::vector<Move>& moves, std::int32_t to) {
+// Of bodies that this rank gives to another, which lends them from now on.
+std::vector<Loan> list_loans(const Border& border, std::span<const std::int32_t> bodies, std::int32_t to) {
   std::vector<Loan> loans;
-  for (const Move& move : moves) {
-    if (move.from != border.here || move.to != to) continue;
+  for (const std::int32_t body : bodies) {
     for (std::int32_t rank = 0; std::cmp_less(rank, border.halos.size()); ++rank) {
       const std::vector<std::int32_t>& lent = border.halos[static_cast<std::size_t>(rank)].lent;
-      if (rank != to && std::binary_search(lent.begin(), lent.end(), move.body))
-        loans.push_back({move.body, rank});
+      if (rank != to && std::binary_search(lent.begin(), lent.end(), body)) loans.push_back({body, rank});
     }
-    loans.push_back({move.body, border.here});
+    loans.push_back({body, border.here});
   }
   return loans;
 }
@@ -370,7 +368,7 @@ void give_bodies(WorldData& data, std::span<const GivenBody> given, Crew& crew) 
       if (parcels[place].bodies.empty()) continue;
       const auto to = static_cast<std::int32_t>(place);
       send_parcel(border.transport, to, data, parcels[place]);
-      send_list<Loan>(border.transport, to, list_loans(border, moves, to));
+      send_list<Loan>(border.transport, to, list_loans(border, parcels[place].bodies, to));
     }
   }
   border.owner = std::move(next_owner);

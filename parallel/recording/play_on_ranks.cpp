@@ -30,13 +30,6 @@ Error as_damage(const Error& error) {
   return Error(std::string("the parts of a keyframe do not fit: ") + error.what(), ErrorCode::corrupt_data);
 }
 
-// Throws Error where the recording has no such step.
-void check_step(const RecordingInfo& info, std::uint64_t step) {
-  if (step >= info.first_step && step <= info.last_step) return;
-  throw Error("step is " + std::to_string(step) + ", must lie in [" + std::to_string(info.first_step) + ", " +
-              std::to_string(info.last_step) + "]");
-}
-
 // Of all chunks until those in which the last step may lie: what is played depends on no others.
 std::uint64_t identity_of(const RecordingFile& recording, std::uint64_t to) {
   std::vector<std::uint64_t> hashes;
@@ -95,9 +88,9 @@ struct DistributedPlayer::Impl {
     do_together([&] {
       recording.emplace(file);
       from = first.value_or(recording->info().first_step);
-      check_step(recording->info(), from);
+      recording->check_step(from, "");
       if (!to) return;
-      check_step(recording->info(), *to);
+      recording->check_step(*to, "");
       if (from > *to)
         throw Error("step " + std::to_string(from) + " comes after step " + std::to_string(*to));
     });
@@ -131,25 +124,48 @@ struct DistributedPlayer::Impl {
     Border& border = *border_of(data);
     std::optional<RecordStream::Step> next;
     border.dirty_before = 0;
+    is_lost = true;  // until all calls are made
     while (!next) {
       do_together([&] { next = stream->next_step_within(&world->world(), kCallsAtOnce); });
       // Before more bodies come; not while there is one that step() would refuse and a later call destroys.
       if (!next && !attempt([&] { check_new_bodies(data, border); })) world->take_up_calls(workers);
     }
+    is_lost = false;
     return *next;
   }
+  // What a hook throws on one rank comes after the step, which all ranks have taken. What else is thrown
+  // keeps the step from being taken.
   void take_step(const RecordStream::Step& next, Workers& workers) {
-    world->step(next.dt, workers);
+    Border& border = *border_of(internals(world->world()));
+    border.has_ended = false;
+    is_lost = true;
+    try {
+      world->step(next.dt, workers);
+    } catch (...) {
+      if (border.has_ended) note_step(next);
+      throw;
+    }
+    note_step(next);
+  }
+  void note_step(const RecordStream::Step& step) {
+    is_lost = false;
     ++position;
-    hash = next.hash;
+    hash = step.hash;
   }
   void take_step(Workers& workers) { take_step(make_calls(workers), workers); }
-  // After a difference was found, the world is not what was recorded.
+  // Where a difference was found, or calls or a step were refused, the world is not what was recorded.
   void find_back(Workers& workers) {
-    if (!std::exchange(is_lost, false)) return;
+    if (!is_lost) return;
     const std::uint64_t step = position;
-    go_to_keyframe(step, workers);
-    while (position < step) take_step(workers);
+    try {
+      go_to_keyframe(step, workers);
+      while (position < step) take_step(workers);
+    } catch (...) {
+      position = step;
+      is_lost = true;
+      throw;
+    }
+    is_lost = false;
   }
 
   std::optional<Divergence> compare_step() {
@@ -272,7 +288,7 @@ bool DistributedPlayer::step(Workers& workers) {
 std::optional<Divergence> DistributedPlayer::verify(std::uint64_t to, Workers& workers) {
   Impl& impl = *impl_;
   impl.do_together([&] {
-    check_step(impl.recording->info(), to);
+    impl.recording->check_step(to, "");
     if (impl.position > to) {
       throw Error("step " + std::to_string(to) + " is behind: the player is at step " +
                   std::to_string(impl.position));

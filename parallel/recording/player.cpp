@@ -72,15 +72,8 @@ bool Player::Impl::step(Workers& workers) {
   return true;
 }
 
-void Player::Impl::check_step(std::uint64_t step, const char* call) const {
-  const RecordingInfo& info = file.info();
-  if (step >= info.first_step && step <= info.last_step) return;
-  throw Error(std::string(call) + ": step is " + std::to_string(step) + ", must lie in [" +
-              std::to_string(info.first_step) + ", " + std::to_string(info.last_step) + "]");
-}
-
 void Player::Impl::seek(std::uint64_t step, Workers& workers, const char* call) {
-  check_step(step, call);
+  file.check_step(step, std::string(call) + ": ");
   const std::size_t keyframe = file.keyframe_before(step);
   is_lost |= next.has_value() && step == position;  // its world is that before the calls of the next step
   if (is_lost || position > step || keyframe_step(keyframe) > position) restore_keyframe(keyframe);
@@ -171,7 +164,7 @@ World Player::branch() const { return clone(impl_->world); }
 
 std::optional<Divergence> Player::verify(std::uint64_t from, std::uint64_t to, Workers& workers) {
   constexpr const char* kName = "Player::verify";
-  impl_->check_step(to, kName);
+  impl_->file.check_step(to, std::string(kName) + ": ");
   if (from > to) {
     throw Error(std::string(kName) + ": step " + std::to_string(from) + " comes after step " +
                 std::to_string(to));

@@ -26,8 +26,6 @@ struct SCREE_HIDDEN Player::Impl {
   void turn_measures_on();
   void measure(const PlayerMeasures& to);
   void seek(std::uint64_t step, Workers& workers, const char* call);
-  void check_step(std::uint64_t step, const char* call) const;
-  // The last keyframe at or before a step, and the first one at or after it, which may be the number of them.
   std::size_t keyframe_chunk(std::size_t keyframe) const { return file.keyframes()[keyframe]; }
   std::uint64_t keyframe_step(std::size_t keyframe) const { return file.keyframe_steps()[keyframe]; }
   // Where the world, which stands at the keyframe's step, differs from its state; empty if it does not.

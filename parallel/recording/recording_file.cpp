@@ -263,6 +263,12 @@ SolidViews RecordingFile::solids_before(std::size_t chunk) {
           std::span<const MeshPointer>(solids_.meshes).first(static_cast<std::size_t>(next.meshes_before))};
 }
 
+void RecordingFile::check_step(std::uint64_t step, const std::string& call) const {
+  if (step >= info_.first_step && step <= info_.last_step) return;
+  throw Error(call + "step is " + std::to_string(step) + ", must lie in [" +
+              std::to_string(info_.first_step) + ", " + std::to_string(info_.last_step) + "]");
+}
+
 std::size_t RecordingFile::keyframe_before(std::uint64_t step) const {
   const auto after = std::upper_bound(keyframe_steps_.begin(), keyframe_steps_.end(), step);
   return static_cast<std::size_t>(after - keyframe_steps_.begin()) - 1;

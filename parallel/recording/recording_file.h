@@ -38,6 +38,8 @@ class RecordingFile {
   const std::vector<RecordedChunk>& chunks() const { return chunks_; }
   const std::vector<std::size_t>& keyframes() const { return keyframes_; }  // their places among the chunks
   std::span<const std::uint64_t> keyframe_steps() const { return keyframe_steps_; }
+  // Throws Error, which begins with `call`, where the recording has no such step.
+  void check_step(std::uint64_t step, const std::string& call) const;
   // Numbers of keyframes: the last one at or before a step of the recording, and the first one at or after
   // it, or how many there are.
   std::size_t keyframe_before(std::uint64_t step) const;

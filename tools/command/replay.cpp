@@ -151,12 +151,14 @@ ReplayFigures replay(const ReplayOptions& options, Team& team) {
   take_span(player, options, figures);
   Progress progress(options.file, progress_count(std::max<std::uint64_t>(figures.to - figures.from, 1)),
                     !options.quiet && team.leads());
-  if (options.verify) {
-    verify(player.keyframe_steps(), progress, figures,
-           [&](std::uint64_t, std::uint64_t end) { return player.verify(end, workers); });
-  } else {
-    play(player, workers, progress, figures, [] {});
-  }
+  naming(options.file, [&] {
+    if (options.verify) {
+      verify(player.keyframe_steps(), progress, figures,
+             [&](std::uint64_t, std::uint64_t end) { return player.verify(end, workers); });
+    } else {
+      play(player, workers, progress, figures, [] {});
+    }
+  });
   progress.finish();
   figures.hash = player.world().hash();
   figures.recorded_hash = player.recorded_hash();

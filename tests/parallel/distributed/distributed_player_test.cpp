@@ -9,12 +9,14 @@
 #include <tests/parallel/distributed/eventful_pile.h>
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/physics/lab.h>
+#include <tools/scenes/scene.h>
 #include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -207,7 +209,7 @@ TEST_P(DistributedPlayers, FindWhatDiffers) {
 
 // More calls before a step than a rank makes before it lets go of bodies that others have: those that follow
 // find most bodies absent.
-TEST(DistributedPlayer, LetsGoOfBodiesWhileItMakesManyCalls) {
+TEST(DistributedPlayer, MakesManyCallsBeforeAStep) {
   const std::string file = player_file("many_calls");
   constexpr std::uint32_t kMany = 36'000;
   std::uint64_t hash = 0;
@@ -241,6 +243,75 @@ TEST(DistributedPlayer, LetsGoOfBodiesWhileItMakesManyCalls) {
     const auto found = player.verify(3, own);
     EXPECT_FALSE(found) << found->step << " " << found->difference;
     EXPECT_EQ(player.world().hash(), hash);
+  });
+  EXPECT_EQ(all_of(errors), "");
+  std::remove(file.c_str());
+}
+
+// A step that all ranks refuse is refused again, not left out.
+TEST(DistributedPlayer, LeavesNoStepOutThatWasRefused) {
+  const std::string file = player_file("refused_step");
+  {
+    World world;
+    world.add_shape(world.create_body({.position = {0, 5, 0}}), Sphere{0.5f});
+    Recorder recorder(world, file, kPlayedOptions);
+    Workers workers(1);
+    BodyId far;
+    for (int i = 0; i < 9; ++i) {
+      if (i == 4) far = world.create_body({.position = {0, 20'000, 0}});
+      if (i == 6) world.destroy_body(far);
+      step(world, kStep, workers);
+    }
+    recorder.finish();
+  }
+  const auto errors = run_ranks(2, [&](int, Transport& transport) {
+    Workers own(1);
+    DistributedPlayer player(file, {}, transport, own);
+    EXPECT_FALSE(player.verify(4, own));
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_THROW(player.step(own), Error);
+      EXPECT_THROW(player.verify(9, own), Error);
+      EXPECT_EQ(player.position(), 4u);
+    }
+  });
+  EXPECT_EQ(all_of(errors), "");
+  std::remove(file.c_str());
+}
+
+// A hook that throws on one rank keeps no rank from taking the step.
+TEST(DistributedPlayer, GoesOnWhereAHookThrows) {
+  const std::string file = player_file("hook");
+  {
+    scenes::Scene scene = scenes::build("pile", {{"bodies", 60}}).front();
+    for (scenes::SceneShape& shape : scene.shapes) shape.options.contact_hooks = ContactHooks::all;
+    World world(scene.settings);
+    scenes::populate(world, scene);
+    Recorder recorder(world, file, kPlayedOptions);
+    Workers workers(1);
+    for (int i = 0; i < 130; ++i) step(world, kStep, workers);
+    recorder.finish();
+  }
+  const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
+    Workers own(1);
+    DistributedPlayer player(file, {}, transport, own);
+    bool throws = rank == 1;
+    int thrown = 0;
+    player.world().world().set_contact_rule([&](const ContactRuleBatch&) {
+      if (throws) throw std::runtime_error("a rule that fails");
+    });
+    for (int i = 0; i < 110; ++i) {
+      try {
+        player.step(own);
+      } catch (const std::runtime_error& error) {
+        EXPECT_STREQ(error.what(), "a rule that fails");
+        ++thrown;
+      }
+    }
+    throws = false;
+    EXPECT_EQ(thrown > 0, rank == 1) << thrown;
+    EXPECT_EQ(player.position(), 110u);
+    const auto found = player.verify(130, own);
+    EXPECT_FALSE(found) << found->difference;
   });
   EXPECT_EQ(all_of(errors), "");
   std::remove(file.c_str());
