@@ -187,6 +187,11 @@ void adopt_calls(WorldData& data, Border& border);
 // Before pairs are found: brings the ghosts that own bodies may meet in this step, and sends others away. The
 // lists of what moves are stale then.
 void share_ghosts(WorldData& data, Crew& crew);
+// Bodies of others have come within a step: puts them into lists and trees. What else has changed in this
+// step must not enter its tree before the next pairs are found: in one process it does not, either.
+void enter_ghosts(WorldData& data, std::span<const std::int32_t> come, Crew& crew);
+// At the end of a step: brings bodies whose shapes sensors see unforeseen (bring_sights.cpp).
+void bring_sights(WorldData& data, Crew& crew);
 
 // Where many bodies have become absent: gives up the memory of their rows.
 void give_up_rows(WorldData& data, Border& border);

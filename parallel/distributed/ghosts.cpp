@@ -11,6 +11,7 @@
 #include <parallel/distributed/box_index.h>
 #include <parallel/distributed/messages.h>
 #include <parallel/distributed/send_bodies.h>
+#include <parallel/stages.h>
 
 #include <algorithm>
 #include <iterator>
@@ -296,6 +297,21 @@ void share_ghosts(WorldData& data, Crew& crew) {
   // A whole new list of pairs is made, as if calls had created or destroyed the ghosts. Finding the pairs of
   // these alone, as of what has left its bounds, was no faster in pile, drum, wheel_pile and ragdoll_rain.
   if (replace_ghosts(data, border)) broad_phase.left_is_known = false;
+}
+
+void enter_ghosts(WorldData& data, std::span<const std::int32_t> come, Crew& crew) {
+  Border& border = *border_of(data);
+  BroadPhase& broad_phase = broad_phase_of(data);
+  border.ghosts.insert(border.ghosts.end(), come.begin(), come.end());
+  keep_each_once(border.ghosts);
+  Column<std::int32_t> later;
+  later.swap(broad_phase.changed);
+  refresh_lists(data, crew);
+  update_members(data, broad_phase, crew);
+  broad_phase.changed.append(std::as_const(later).span());
+  broad_phase.bounds_left.store(true, std::memory_order_relaxed);
+  broad_phase.left_is_known = false;
+  data.contacts.pairs_stale = true;
 }
 
 }  // namespace scree

@@ -211,23 +211,7 @@ void SweepAcross::bring_sleepers(const std::vector<BoundsRow>& ways) {
     receive_bodies(border_->transport, from, data_, bodies);
     come.insert(come.end(), bodies.begin(), bodies.end());
   }
-  if (!come.empty()) enter(come);
-}
-
-// Puts sleepers into the trees. What else has changed in this step must not enter its tree before the next
-// pairs are found: in one process it does not, either.
-void SweepAcross::enter(const std::vector<std::int32_t>& come) {
-  std::copy(come.begin(), come.end(), std::back_inserter(border_->ghosts));
-  std::sort(border_->ghosts.begin(), border_->ghosts.end());
-  border_->ghosts.erase(std::unique(border_->ghosts.begin(), border_->ghosts.end()), border_->ghosts.end());
-  Column<std::int32_t> later;
-  later.swap(broad_phase_.changed);
-  refresh_lists(data_, crew_);
-  update_members(data_, broad_phase_, crew_);
-  broad_phase_.changed.append(std::as_const(later).span());
-  broad_phase_.bounds_left.store(true, std::memory_order_relaxed);
-  broad_phase_.left_is_known = false;
-  data_.contacts.pairs_stale = true;
+  if (!come.empty()) enter_ghosts(data_, come, crew_);
 }
 
 // Keeps the pairs of which this rank has a fast body. Returns whether any has one of another rank, too.

@@ -54,7 +54,6 @@ class SweepAcross {
                 Take&& take);
   void bring_sleepers(const std::vector<BoundsRow>& ways);
   std::vector<std::int32_t> sleepers_on(const BoxIndex& ways, std::int32_t rank) const;
-  void enter(const std::vector<std::int32_t>& come);
   bool is_own_fast(std::int32_t place) const;
   bool keep_known_pairs();
   std::vector<std::int32_t> link_chains() const;

@@ -5,10 +5,11 @@
 // next query would need, and for each sensor a walk and the distances of what is near.
 //
 // A shape that moves in a step by more than the radius of a ball within it may be in front of a sensor before
-// and behind it afterwards. Such shapes are cast along their way, past sensors as these move. A sensor that
-// moves as fast is cast past the others. Turns are those at the end of the step.
+// and behind it afterwards. Such shapes are cast along their way (way_in_step.h), past sensors as these move.
+// A sensor that moves as fast is cast past the others.
 #include <parallel/distributed/border.h>
 #include <parallel/distributed/give_events.h>
+#include <parallel/events/way_in_step.h>
 #include <parallel/queries/query_distance.h>
 #include <parallel/queries/query_mesh.h>
 #include <parallel/queries/query_ray.h>
@@ -26,10 +27,14 @@ namespace {
 using queries::Scope;
 using queries::Solid;
 using queries::Vector;
+using sensing::has_moved;
+using sensing::is_fast;
+using sensing::kMostWay;
+using sensing::path_of;
+using sensing::way_of;
 
 constexpr int kSensorsPerChunk = 2;
 constexpr int kFastPerChunk = 8;
-constexpr float kMostWay = 1e7f;  // m in a step; what moves farther is not cast
 
 // Rows of shapes.
 struct Sight {
@@ -96,34 +101,6 @@ Sights list_overlaps(const Scope& scope, Crew& crew, const std::vector<std::int3
         });
     std::sort(sights.begin() + static_cast<std::ptrdiff_t>(before), sights.end());
   });
-}
-
-bool has_moved(const Bodies& bodies, std::int32_t body) {
-  return bodies.type[body] != BodyType::fixed && (bodies.flags[body] & kBodyAsleep) == 0;
-}
-
-// m, how far a point of the body's shapes' inner balls may have come in the step; an upper bound.
-float path_of(const Bodies& bodies, std::int32_t body) {
-  const DeltaRow& delta = bodies.delta[body];
-  const float turn = 2.0f * length(Vec3{delta.rotation[0], delta.rotation[1], delta.rotation[2]});
-  return length(to_vec3(delta.position)) + turn * bodies.core[body].reach;
-}
-
-bool is_fast(const Bodies& bodies, std::int32_t body) {
-  const float path = path_of(bodies, body);
-  return path > 2.0f * bodies.core[body].radius && path < kMostWay;
-}
-
-// From the shape's position before the step to that after it.
-Vector way_of(const WorldData& data, std::int32_t shape) {
-  const std::int32_t body = data.shapes.body[shape];
-  if (!has_moved(data.bodies, body) || !(path_of(data.bodies, body) < kMostWay)) return {};
-  const DeltaRow& delta = data.bodies.delta[body];
-  const PoseRow& pose = data.bodies.pose[body];
-  const Vec3 arm = rotate(to_quat(pose.rotation), to_vec3(data.shapes.local_pose[shape].position));
-  const Quat turn{delta.rotation[0], delta.rotation[1], delta.rotation[2], delta.rotation[3]};
-  const Vec3 arm_before = rotate(Quat{-turn.x, -turn.y, -turn.z, turn.w}, arm);
-  return queries::to_vector(to_vec3(delta.position) + (arm - arm_before));
 }
 
 float length_of(Vector way) { return static_cast<float>(queries::length(way)); }
@@ -264,6 +241,7 @@ void list_sensor_events(WorldData& data, float dt, Crew& crew) {
   if (data.shapes.sensors == 0 && events.sensed.empty()) return;
   Sights seen, passes;
   if (data.shapes.sensors > 0) {
+    if (dt > 0.0f) bring_sights(data, crew);
     const QueryOptions options{.sensors = true};
     const Scope scope(data, crew.kernels(), options);
     const std::vector<std::int32_t> sensors = list_sensors(data);
