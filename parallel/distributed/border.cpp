@@ -68,12 +68,9 @@ void Border::report(const char* store, const Visit& visit) const {
 }
 
 void check_border(const WorldData& data) {
-  if (data.settings.solver > Solver::sequential_impulse)
-    refuse("solvers over the whole system are not supported: soft_step and sequential_impulse are");
-  const Border* const border = border_of(data);
-  if (border == nullptr) return;
-  check_not_giving(*border);
-  check_new_bodies(data, *border);
+  const Border& border = *border_of(data);
+  check_not_giving(border);
+  check_new_bodies(data, border);
 }
 
 void check_not_giving(const Border& border) {
@@ -112,7 +109,6 @@ void check_new_bodies(const WorldData& data, const Border& border) {
 }
 
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner) {
-  check_border(data);
   if (data.recording.sink != nullptr)
     refuse("a Recorder records the world; call DistributedWorld::record instead");
   check_owners(data, transport, owner);

@@ -58,7 +58,7 @@ struct RankStats {
 ///
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
-/// Solvers over the whole system (see Solver) are refused by an Error of step(). Calls that need the whole
+/// Solvers over the whole system (see Solver) run on rank 0 alone, for all ranks. Calls that need the whole
 /// world, such as World::hash, scree::save and scree::clone, refuse its parts. Queries find what a rank has.
 ///
 /// A rank lists the events of its bodies. Those of a contact, sensor or joint between bodies of two ranks are

@@ -6,10 +6,9 @@
 //
 // Blocks are prepared for rebounds alone. Impulses go to manifolds and joints from the rows themselves, and
 // a substep begins with those of the last one.
-#include <core/solvers/reference_solvers.h>
 #include <parallel/solvers/over_blocks.h>
 #include <parallel/solvers/solve_step.h>
-#include <parallel/solvers/whole_system/state_system.h>
+#include <parallel/solvers/whole_system/solve_across.h>
 
 #include <algorithm>
 #include <cmath>
@@ -88,9 +87,10 @@ void drop_non_finite(StatedWorld& stated) {
   }
 }
 
-void take_velocities(SolveStep& step, const StatedWorld& stated, const Eigen::VectorXd& v) {
-  for (std::size_t i = 1; i <= static_cast<std::size_t>(step.dynamic_count); ++i) {
-    VelocityRow& to = step.data.bodies.velocity[stated.row[i]];
+// Kinematic bodies go on as they do.
+void take_velocities(const Eigen::VectorXd& v, StatedWorld& stated) {
+  for (std::size_t i = 1; i < stated.bodies.size(); ++i) {
+    VelocityRow& to = stated.bodies[i].velocity;
     for (int k = 0; k < 3; ++k) {
       const auto first = 6 * static_cast<Eigen::Index>(i) + k;
       to.linear[k] = static_cast<float>(v[first]);
@@ -125,6 +125,14 @@ void guess(const SolveStep& step, const StatedWorld& last, StatedWorld& stated) 
 }
 
 }  // namespace
+
+SystemAnswer solve_stated(StatedWorld& stated, const SystemPolicy& policy, const ReferenceOptions& options) {
+  const ConstraintSystem system = assemble(stated.bodies, stated.constraints, policy);
+  const ReferenceSolution solution = solve(system, options);
+  take_velocities(velocities(system, stated.bodies, solution.impulses), stated);
+  take_impulses(system, solution.impulses, stated);
+  return {solution.residual, solution.iterations, solution.is_singular ? 1 : 0};
+}
 
 double residual_of_rows(SolveStep& step) {
   const simd::Kernels& kernels = step.crew.kernels();
@@ -165,14 +173,16 @@ void solve_whole_system(SolveStep& step) {
     step.body.elapsed = static_cast<float>(substep) * step.body.substep;
     step.joint.elapsed = static_cast<float>(substep) * step.joint.substep;
     StatedWorld stated = begin_substep(step, last);
-    const ConstraintSystem system = assemble(stated.bodies, stated.constraints, policy);
-    const ReferenceSolution solution = solve(system, options);
-    take_velocities(step, stated, velocities(system, stated.bodies, solution.impulses));
-    take_impulses(system, solution.impulses, stated);
+    Border* const border = border_of(data);
+    const SystemAnswer answer = border == nullptr
+                                    ? solve_stated(stated, policy, options)
+                                    : solve_across(stated, data.contacts, *border, policy, options);
+    for (std::size_t i = 1; i <= static_cast<std::size_t>(step.dynamic_count); ++i)
+      data.bodies.velocity[stated.row[i]] = stated.bodies[i].velocity;
     add_stated_impulses(step, stated);
-    data.stats.residual = std::max(data.stats.residual, solution.residual);
-    data.stats.solver_iterations = std::max(data.stats.solver_iterations, solution.iterations);
-    data.stats.solver_singular = data.stats.solver_singular || solution.is_singular;
+    data.stats.residual = std::max(data.stats.residual, answer.residual);
+    data.stats.solver_iterations = std::max(data.stats.solver_iterations, answer.iterations);
+    data.stats.solver_singular = data.stats.solver_singular || answer.is_singular != 0;
     if (substep == substeps - 1) store_stated_impulses(step, stated);
     over_bodies(step, step.moving_count, kernels.body.integrate_poses, "integrate_poses");
     last = std::move(stated);

@@ -93,15 +93,6 @@ TEST(DistributedRefusal, RefusesWhatIsNotSupported) {
       DistributedWorld distributed(std::move(world), transport);
     })[0];
   };
-  const auto with = [](auto&& change) {
-    return [=](World& world) {
-      WorldSettings settings = world.settings();
-      change(settings);
-      world.set_settings(settings);
-    };
-  };
-  EXPECT_NE(refused(with([](WorldSettings& s) { s.solver = Solver::jacobi; })).find("whole system"),
-            std::string::npos);
   const std::string far = refused([](World& world) { world.create_body({.position = {0, 20000, -3}}); });
   EXPECT_NE(far.find("16384 m"), std::string::npos) << far;
   EXPECT_NE(far.find("20000"), std::string::npos) << far;
@@ -293,32 +284,6 @@ TEST(DistributedRefusal, OfABodyTooFarOutComesBeforeAFileIsOpened) {
   EXPECT_EQ(all_of(errors), "");
   EXPECT_EQ(std::filesystem::file_size(file), 4u);
   std::filesystem::remove(file);
-}
-
-// A solver that step() refuses can be taken back as it was set.
-TEST(DistributedRefusal, GoesOnWhereTheSolverWasNotSupported) {
-  const auto errors = run_ranks(2, [&](int rank, Transport& transport) {
-    DistributedWorld world(falling_pile().world, transport);
-    Workers of_rank(1);
-    const auto set = [&](Solver solver) {
-      world.give(
-          [&](World& part) {
-            WorldSettings settings = part.settings();
-            settings.solver = solver;
-            if (rank == 1) part.set_settings(settings);
-          },
-          of_rank);
-    };
-    const Solver before = world.world().settings().solver;
-    const std::uint64_t hash = world.hash();
-    set(Solver::jacobi);
-    EXPECT_THROW(world.step(kStep, of_rank), Error);
-    EXPECT_EQ(world.hash(), hash);
-    set(before);
-    world.step(kStep, of_rank);
-    EXPECT_NE(world.hash(), hash);
-  });
-  EXPECT_EQ(all_of(errors), "");
 }
 
 }  // namespace
