@@ -171,8 +171,8 @@ std::uint64_t hash_of_part(const WorldData& data, const Border& border);
 // That sum. All ranks call it together.
 std::uint64_t hash_of_all(const WorldData& data, Border& border);
 
-// At the begin of a step: throws the same Error on all ranks while one gives its calls, and for new bodies that
-// check_position() refuses.
+// At the begin of a step: throws the same Error on all ranks while one gives its calls, and for new bodies
+// that check_position() refuses.
 void check_border(const WorldData& data);
 // What all ranks do together must not be done in a rank's calls of give(): throws Error there.
 void check_not_giving(const Border& border);

@@ -154,8 +154,12 @@ TEST_F(DistributedCommand, ReplaysOnAnyNumberOfRanks) {
     EXPECT_NE(outcome.err.find(reason), std::string::npos) << arguments << "\n" << outcome.err;
     return outcome.err;
   };
-  const std::string missing = refused("/no/such/recording", "/no/such/recording: cannot be read");
-  EXPECT_EQ(missing.find("cannot be read"), missing.rfind("cannot be read")) << missing;
+  const auto refused_once = [&](const std::string& arguments, const std::string& reason) {
+    const std::string told = refused(arguments, reason);
+    EXPECT_EQ(told.find(reason), told.rfind(reason)) << "told more than once: " << told;
+  };
+  refused_once("/no/such/recording", "/no/such/recording: cannot be read");
+  refused_once("'" + of_one + "' --from 9 --to 8", "--from 9 must not be beyond --to 8");
   refused("'" + of_one + "' --from 61", "step is 61, must lie in [0, 60]");
   refused("'" + of_one + "' --to 61", "--to 61 must be from 0 to 60");
   refused("'" + of_one + "' --trace x", "not with --distributed");

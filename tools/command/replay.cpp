@@ -85,6 +85,11 @@ void verify(std::span<const std::uint64_t> keyframe_steps, Progress& progress, R
   if (figures.steps > 0) figures.ms_mean = milliseconds_since(start) / static_cast<double>(figures.steps);
 }
 
+void check_order(std::uint64_t from, std::uint64_t to) {
+  if (from > to)
+    throw Error("--from " + std::to_string(from) + " must not be beyond --to " + std::to_string(to));
+}
+
 }  // namespace
 
 void check_span(const RecordingInfo& info, std::uint64_t from, std::uint64_t to) {
@@ -96,9 +101,7 @@ void check_span(const RecordingInfo& info, std::uint64_t from, std::uint64_t to)
   };
   check_step("--from", from);
   check_step("--to", to);
-  if (from > to) {
-    throw Error("--from " + std::to_string(from) + " must not be beyond --to " + std::to_string(to));
-  }
+  check_order(from, to);
 }
 
 ReplayFigures replay(const ReplayOptions& options) {
@@ -139,6 +142,7 @@ ReplayFigures replay(const ReplayOptions& options, Team& team) {
   check_backend(options.threads, options.isa);
   if (!options.trace.empty()) throw Error("--trace " + options.trace + ": not with --distributed yet");
   // What is not there is told by one of them.
+  if (options.from && options.to) check_order(*options.from, *options.to);
   if (!std::ifstream(options.file)) throw Error(options.file + ": cannot be read", ErrorCode::io_failure);
   Workers workers(WorkersOptions{.threads = team.threads_each(options.threads), .isa = options.isa});
   ReplayFigures figures;

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <iostream>
 #include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -17,6 +18,8 @@
 namespace scree::command {
 
 namespace {
+
+constexpr std::chrono::milliseconds kTimeToTell{500};
 
 class MpiTeam final : public Team {
  public:
@@ -89,14 +92,14 @@ class MpiTeam final : public Team {
   [[noreturn]] void fail(const std::exception& error, int exit_code) override {
     stop_watching();
     if (has_begun_) {
-      std::cerr << "scree: rank " << transport_->rank() << ": " << error.what() << "\n"
-                << describe_losses() << std::flush;
+      // Where all fail alike, the first one ends the others before they tell the same.
+      if (!leads()) std::this_thread::sleep_for(kTimeToTell);
+      tell(error, describe_losses());
       MPI_Abort(MPI_COMM_WORLD, exit_code);
     }
     // Others wait in meet(), or fail alike: then one of them tells.
     const std::int64_t failed = add_up(1);
-    if (leads() || failed < transport_->ranks())
-      std::cerr << "scree: rank " << transport_->rank() << ": " << error.what() << std::endl;
+    if (leads() || failed < transport_->ranks()) tell(error, "");
     add_up(1);
     transport_.reset();
     MPI_Finalize();
@@ -104,6 +107,13 @@ class MpiTeam final : public Team {
   }
 
  private:
+  // All at once: the lines of processes mix.
+  void tell(const std::exception& error, const std::string& more) const {
+    const std::string line =
+        "scree: rank " + std::to_string(transport_->rank()) + ": " + error.what() + "\n" + more;
+    std::cerr << line << std::flush;
+  }
+
   // us; the same in each call.
   Transport& delayed_by(double latency) {
     if (latency == 0.0) return *transport_;
