@@ -57,6 +57,7 @@ void finish_step(WorldData& data, float dt, Crew& crew) {
   data.stats.restored_bodies = all.restored;
   data.stats.awake_bodies = dynamic_count;
   update_bounds(data, dt, crew);
+  bring_sights(data, crew);  // before types of bodies change, which ranks take up in the next step
   if (any_of_all_ranks(data, data.stats.restored_bodies > 0)) {
     quarantine_bodies(data);
     data.recording.hash.reset();

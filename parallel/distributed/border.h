@@ -191,7 +191,8 @@ void share_ghosts(WorldData& data, Crew& crew);
 // Bodies of others have come within a step: puts them into lists and trees. What else has changed in this
 // step must not enter its tree before the next pairs are found: in one process it does not, either.
 void enter_ghosts(WorldData& data, std::span<const std::int32_t> come, Crew& crew);
-// At the end of a step: brings bodies whose shapes sensors see unforeseen (bring_sights.cpp).
+// When all is where it is at the end of the step: brings bodies whose shapes sensors see unforeseen. No calls
+// and no changes of bodies' types may wait to be taken up. See bring_sights.cpp.
 void bring_sights(WorldData& data, Crew& crew);
 
 // Where many bodies have become absent: gives up the memory of their rows.

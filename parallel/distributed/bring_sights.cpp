@@ -1,13 +1,17 @@
-// Brings the bodies that sensors of other ranks see; part of ../events/list_sensor_events.cpp.
+// Brings the bodies that sensors of other ranks see unforeseen; part of ../bodies/finish_step.cpp.
 //
-// Ghosts were found by the bounds at the begin of the step, which forces of the step may have led shapes out
-// of. Where a sensor on a body of one rank meets a shape of another one then, both ranks tell of it: so each
-// gets the other's body, which is a ghost from now on.
+// Ghosts were found by the bounds at the beginning of the step, which forces of the step may have led shapes
+// out of. Where a sensor on a body of one rank meets a shape of another one then, both ranks tell of it: so
+// each gets the other's body before ../events/list_sensor_events.cpp looks.
 //
 // A shape strays if it has left its bounds or comes so far that it is cast along its way. Of a sensor and a
-// visitor that meet unforeseen, one strays at least. So a rank sends its sensors to those that may see them,
-// these answer with the visitors that they lend and ask for the sensors that they have not. Most steps end
-// after the count of what strays, and a world in which no sensor moves does not even count.
+// visitor that meet unforeseen, one strays at least. Ranks count these and tell each other the boxes around
+// what they have; most steps end there. Else
+//   1. a rank sends its sensors to those whose visitors they may meet,
+//   2. these answer with the bodies of such visitors, and say of which sensors they have not the bodies,
+//   3. and get these.
+// More may come than is seen, as filters are not asked. What has come is in no Halo: owners decide before the
+// next pairs whether it stays.
 #include <core/world/edit.h>
 #include <parallel/broad_phase/broad_phase.h>
 #include <parallel/crew/list_where.h>
@@ -27,10 +31,10 @@ namespace scree {
 
 namespace {
 
-// A sensor or a visitor of one rank, where it has come in the step.
-struct Seen {
+// A sensor or a visitor of one rank. `reach`: around the shape, and its way in the step.
+struct SightShape {
   BoundsRow reach;
-  std::int32_t shape, strays;
+  std::int32_t shape, strays;  // 1: it does
 };
 
 // What a rank has that may meet what others have.
@@ -61,17 +65,17 @@ class BringSights {
   bool hears_from(std::int32_t rank) const { return bounds_meet(of(rank).sensors, own().visitors); }
   const SightBoxes& of(std::int32_t rank) const { return boxes_[static_cast<std::size_t>(rank)]; }
   const SightBoxes& own() const { return of(border_.here); }
-  Answer answer_to(std::int32_t rank, const std::vector<Seen>& sensors) const;
+  Answer answer_to(std::int32_t rank, const std::vector<SightShape>& sensors) const;
   void send(std::int32_t to, const std::vector<std::int32_t>& bodies) const;
   void receive(std::int32_t from, const std::vector<std::int32_t>& bodies);
 
   WorldData& data_;
   Border& border_;
   Crew& crew_;
-  Column<std::int32_t> strays_ = {};  // own shapes, ascending
-  std::vector<Seen> sensors_ = {};    // own ones that may meet somebody unforeseen
-  std::vector<Seen> visitors_ = {};   // own ones that stray
-  bool any_sensor_strays_ = false;    // in the whole world, as ...
+  Column<std::int32_t> strays_ = {};       // own shapes, ascending
+  std::vector<SightShape> sensors_ = {};   // own ones that may meet somebody unforeseen
+  std::vector<SightShape> visitors_ = {};  // own ones that stray
+  bool any_sensor_strays_ = false;         // in the whole world, as ...
   bool any_visitor_strays_ = false;
   std::vector<SightBoxes> boxes_ = {};  // by rank
   std::vector<std::int32_t> come_ = {};
@@ -88,7 +92,7 @@ bool BringSights::has_sensors() const {
   return false;
 }
 
-// Bounds have room for what is rounded.
+// Around the shape where it is, and where it has come from. The bounds have room for what is rounded.
 BoundsRow BringSights::reach_of(std::int32_t shape) const {
   BoundsRow reach = data_.shapes.fat_bounds[shape];
   const queries::Vector way = sensing::way_of(data_, shape);
@@ -127,17 +131,18 @@ void BringSights::list_sensors() {
 
 // Returns whether any two shapes of the whole world may have met unforeseen.
 bool BringSights::share_boxes() {
-  std::int64_t strays[2] = {
-      std::count_if(sensors_.begin(), sensors_.end(), [](const Seen& sensor) { return sensor.strays != 0; }),
-      static_cast<std::int64_t>(visitors_.size())};
+  std::int64_t strays[2] = {std::count_if(sensors_.begin(), sensors_.end(),
+                                          [](const SightShape& sensor) { return sensor.strays != 0; }),
+                            static_cast<std::int64_t>(visitors_.size())};
   border_.transport.add_up(strays);
   any_sensor_strays_ = strays[0] > 0;
   any_visitor_strays_ = strays[1] > 0;
   if (!any_sensor_strays_ && !any_visitor_strays_) return false;
-  if (!any_visitor_strays_) std::erase_if(sensors_, [](const Seen& sensor) { return sensor.strays == 0; });
+  if (!any_visitor_strays_)
+    std::erase_if(sensors_, [](const SightShape& sensor) { return sensor.strays == 0; });
   SightBoxes own{empty_box(), empty_box()};
-  for (const Seen& sensor : sensors_) include(own.sensors, sensor.reach);
-  for (const Seen& visitor : visitors_) include(own.visitors, visitor.reach);
+  for (const SightShape& sensor : sensors_) include(own.sensors, sensor.reach);
+  for (const SightShape& visitor : visitors_) include(own.visitors, visitor.reach);
   if (any_sensor_strays_) {
     include(own.visitors, border_.resting.box);
     for (const std::int32_t shape : border_.own_shapes) include(own.visitors, reach_of(shape));
@@ -153,10 +158,10 @@ void BringSights::for_each_other(Work&& work) const {
   }
 }
 
-Answer BringSights::answer_to(std::int32_t rank, const std::vector<Seen>& sensors) const {
+Answer BringSights::answer_to(std::int32_t rank, const std::vector<SightShape>& sensors) const {
   Answer answer;
   std::vector<BoundsRow> all, straying;
-  for (const Seen& sensor : sensors) {
+  for (const SightShape& sensor : sensors) {
     all.push_back(sensor.reach);
     if (sensor.strays != 0) straying.push_back(sensor.reach);
   }
@@ -164,12 +169,12 @@ Answer BringSights::answer_to(std::int32_t rank, const std::vector<Seen>& sensor
   const auto look = [&](std::int32_t shape, const BoundsRow& reach, bool strays) {
     if (!(strays ? all_boxes : straying_boxes).meets(reach)) return;
     answer.lent.push_back(data_.shapes.body[shape]);
-    for (const Seen& sensor : sensors) {
+    for (const SightShape& sensor : sensors) {
       if ((strays || sensor.strays != 0) && bounds_meet(sensor.reach, reach))
         answer.wanted.push_back(data_.shapes.body[sensor.shape]);
     }
   };
-  for (const Seen& visitor : visitors_) look(visitor.shape, visitor.reach, true);
+  for (const SightShape& visitor : visitors_) look(visitor.shape, visitor.reach, true);
   if (any_sensor_strays_) {
     const auto look_at_all = [&](const Column<std::int32_t>& shapes) {
       for (const std::int32_t shape : shapes) {
@@ -210,16 +215,16 @@ void BringSights::run() {
   CountedTransport& transport = border_.transport;
   for_each_other([&](std::int32_t to) {
     if (!sends_to(to)) return;
-    std::vector<Seen> near;
+    std::vector<SightShape> near;
     std::copy_if(sensors_.begin(), sensors_.end(), std::back_inserter(near),
-                 [&](const Seen& sensor) { return bounds_meet(sensor.reach, of(to).visitors); });
-    send_list<Seen>(transport, to, near);
+                 [&](const SightShape& sensor) { return bounds_meet(sensor.reach, of(to).visitors); });
+    send_list<SightShape>(transport, to, near);
   });
   std::vector<std::vector<std::int32_t>> wanted(boxes_.size());
   for_each_other([&](std::int32_t from) {
     if (!hears_from(from)) return;
-    const std::vector<Seen> sensors = receive_list<Seen>(transport, from);
-    for (const Seen& sensor : sensors) {
+    const std::vector<SightShape> sensors = receive_list<SightShape>(transport, from);
+    for (const SightShape& sensor : sensors) {
       if (sensor.shape < 0 || std::cmp_greater_equal(sensor.shape, data_.shapes.flags.size()))
         refuse_world_of(from);
       check_owner(border_, from, data_.shapes.body[sensor.shape]);

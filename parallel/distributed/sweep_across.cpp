@@ -43,8 +43,7 @@ bool is_fast_note(const Bodies& bodies, std::int32_t body) {
 
 void append_sorted(Column<std::int32_t>& fast, std::vector<std::int32_t> more) {
   if (more.empty()) return;
-  std::sort(more.begin(), more.end());
-  more.erase(std::unique(more.begin(), more.end()), more.end());
+  keep_each_once(more);
   std::vector<std::int32_t> all;
   all.reserve(fast.size() + more.size());
   std::set_union(fast.begin(), fast.end(), more.begin(), more.end(), std::back_inserter(all));
@@ -177,8 +176,7 @@ std::vector<std::int32_t> SweepAcross::sleepers_on(const BoxIndex& ways, std::in
         !std::binary_search(lent.begin(), lent.end(), body) && ways.meets(data_.shapes.fat_bounds[shape]))
       met.push_back(body);
   }
-  std::sort(met.begin(), met.end());
-  met.erase(std::unique(met.begin(), met.end()), met.end());
+  keep_each_once(met);
   return met;
 }
 

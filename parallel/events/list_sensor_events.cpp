@@ -241,7 +241,6 @@ void list_sensor_events(WorldData& data, float dt, Crew& crew) {
   if (data.shapes.sensors == 0 && events.sensed.empty()) return;
   Sights seen, passes;
   if (data.shapes.sensors > 0) {
-    if (dt > 0.0f) bring_sights(data, crew);
     const QueryOptions options{.sensors = true};
     const Scope scope(data, crew.kernels(), options);
     const std::vector<std::int32_t> sensors = list_sensors(data);

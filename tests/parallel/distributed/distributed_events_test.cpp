@@ -5,12 +5,10 @@
 #include <scree/distributed_world.h>
 #include <scree/snapshot.h>
 #include <scree/step.h>
-#include <tests/parallel/distributed/absent_rows.h>
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/physics/lab.h>
 #include <tools/scenes/scene.h>
 
-#include <algorithm>
 #include <map>
 #include <mutex>
 #include <set>
@@ -152,88 +150,6 @@ TEST(DistributedEvents, AreThoseOfOneProcessOnTheOwners) {
         for (const ContactEvent& event : world.world().contact_begins())
           EXPECT_TRUE(world.owns(event.body_a) || world.owns(event.body_b));
         for (const BodyId body : world.world().sleep_begins()) EXPECT_TRUE(world.owns(body));
-        const std::lock_guard lock(mutex);
-        add_events(world.world(), found[static_cast<std::size_t>(i)]);
-      }
-    });
-    EXPECT_EQ(all_of(errors), "");
-    for (std::size_t i = 0; i < kSteps; ++i) ASSERT_EQ(found[i], expected[i]) << "step " << i;
-  }
-}
-
-// Forces of a step lead sensors and what they see farther than their bounds foresaw, into and past each
-// other. Some of both sleep.
-TEST(DistributedEvents, OfSensorsOnBodiesThatForcesCarryFarAreThoseOfOneProcess) {
-  constexpr int kSteps = 120, kBodies = 200;
-  constexpr float kRadius = 0.05f, kMass = 1000 * 4.0f / 3 * 3.1415927f * kRadius * kRadius * kRadius;
-  const auto make = [](std::vector<BodyId>& bodies) {
-    WorldSettings settings;
-    settings.gravity = {};
-    World world(settings);
-    physics::Random random(12);
-    for (int i = 0; i < kBodies; ++i) {
-      const float x = i % 2 == 0 ? random.uniform(-2, -0.5f) : random.uniform(0.5f, 2);
-      const Vec3 at = {x, random.uniform(-1, 1), random.uniform(-1, 1)};
-      const BodyId body = world.create_body({.position = at});
-      world.add_shape(body, Sphere{kRadius}, {}, {.filter = {.group = -1}});
-      if (i % 7 == 0)
-        world.add_shape(body, Box{{i % 8 == 0 ? 0.02f : 0.2f, 0.3f, 0.3f}}, {},
-                        {.local_pose = {{0.2f, 0, 0}, {}}, .sensor = true});
-      bodies.push_back(body);
-    }
-    return world;
-  };
-  // In the first of eight steps each leaps across the gap or not, in the second it goes back. Some sleep
-  // first.
-  const auto push = [](World& world, const std::vector<BodyId>& bodies, int step) {
-    constexpr float kSpeeds[8] = {1, -2, 1};  // changes
-    const int eight = step / 8, phase = step % 8;
-    for (std::size_t i = 0; i < bodies.size() && phase < 3; ++i) {
-      physics::Random random(1000 * i + static_cast<std::uint64_t>(eight));
-      if (random.uniform(0, 1) > 0.3f || (i % 3 == 1 && eight < 6)) continue;
-      const float side = i % 2 == 0 ? 1.0f : -1.0f, speed = i % 5 == 0 ? 150.0f : 60.0f;  // m/s
-      const Vec3 way = {side, random.uniform(-0.3f, 0.3f), random.uniform(-0.3f, 0.3f)};
-      world.add_force(bodies[i], way * (kSpeeds[phase] * speed * kMass / kStep));
-    }
-  };
-  const auto is_told_of = [](const World& world, const SensorEvent& event) {
-    const auto told = world.sensor_begins();
-    return std::any_of(told.begin(), told.end(),
-                       [&](const SensorEvent& one) { return text_of(one) == text_of(event); });
-  };
-  std::vector<EventsOfStep> expected(kSteps), found(kSteps);
-  std::vector<BodyId> bodies;
-  World one = make(bodies);
-  Workers one_thread(1);
-  std::vector<std::vector<SensorEvent>> begins(kSteps);
-  std::size_t events = 0;
-  std::int64_t most_asleep = 0;
-  for (int i = 0; i < kSteps; ++i) {
-    push(one, bodies, i);
-    step(one, kStep, one_thread);
-    add_events(one, expected[static_cast<std::size_t>(i)]);
-    begins[static_cast<std::size_t>(i)].assign(one.sensor_begins().begin(), one.sensor_begins().end());
-    events += expected[static_cast<std::size_t>(i)].size();
-    most_asleep = std::max(most_asleep, kBodies - one.stats().awake_bodies);
-  }
-  EXPECT_GT(events, 500u);
-  EXPECT_GT(most_asleep, kBodies / 4);
-  for (const bool at_random : {false, true}) {
-    std::mutex mutex;
-    found.assign(kSteps, {});
-    const auto errors = run_ranks(4, [&](int, Transport& transport) {
-      std::vector<BodyId> all;
-      World whole = make(all);
-      DistributedWorld world(std::move(whole), transport, {.steps_per_look = 0});
-      Workers workers(1);
-      for (int i = 0; i < kSteps; ++i) {
-        push(world.world(), all, i);
-        if (at_random) give_some(world, i, 0.3f, workers);
-        distributed_tests::scramble_absent_rows(internals(world.world(), "test"));
-        world.step(kStep, workers);
-        const auto owns = [&](BodyId body) { return world.owns(world.world().body_at(body.index)); };
-        for (const SensorEvent& event : begins[static_cast<std::size_t>(i)])
-          EXPECT_EQ(is_told_of(world.world(), event), owns(event.sensor_body) || owns(event.visitor_body));
         const std::lock_guard lock(mutex);
         add_events(world.world(), found[static_cast<std::size_t>(i)]);
       }
