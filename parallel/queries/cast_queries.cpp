@@ -2,6 +2,7 @@
 #include <parallel/queries/query_distance.h>
 #include <parallel/queries/query_mesh.h>
 #include <parallel/queries/query_scope.h>
+#include <parallel/queries/ranged_queries.h>
 
 #include <algorithm>
 
@@ -11,6 +12,7 @@ namespace {
 
 using queries::Contact;
 using queries::QueryShape;
+using queries::Ranged;
 using queries::Scope;
 using queries::Vector;
 
@@ -64,7 +66,7 @@ CastHit describe(const WorldData& data, const Moving& moving, const Met& met) {
   return hit;
 }
 
-std::optional<CastHit> first_hit(const Scope& scope, const ShapeCast& cast) {
+std::optional<Ranged<CastHit>> first_hit(const Scope& scope, const ShapeCast& cast) {
   const Moving moving(cast);
   Met first;
   double most = 1.0;
@@ -77,7 +79,7 @@ std::optional<CastHit> first_hit(const Scope& scope, const ShapeCast& cast) {
     return std::min(limit, queries::limit_of(most));
   });
   if (first.shape < 0) return std::nullopt;
-  return describe(scope.data, moving, first);
+  return Ranged<CastHit>{describe(scope.data, moving, first), first.contact.fraction};
 }
 
 bool meets_any(const Scope& scope, const ShapeCast& cast) {
@@ -91,7 +93,8 @@ bool meets_any(const Scope& scope, const ShapeCast& cast) {
   return any;
 }
 
-void list_hits(const Scope& scope, const ShapeCast& cast, std::vector<CastHit>& hits) {
+template <class Hits>
+void list_hits(const Scope& scope, const ShapeCast& cast, Hits& hits) {
   const Moving moving(cast);
   std::vector<Met> all;
   queries::walk(scope, scope.kernels.query.cross, moving.task(), 1.0f, [&](std::int32_t shape, float limit) {
@@ -100,7 +103,7 @@ void list_hits(const Scope& scope, const ShapeCast& cast, std::vector<CastHit>& 
     return limit;
   });
   std::sort(all.begin(), all.end(), comes_first);
-  for (const Met& met : all) hits.push_back(describe(scope.data, moving, met));
+  for (const Met& met : all) queries::add_hit(hits, describe(scope.data, moving, met), met.contact.fraction);
 }
 
 void check_cast(Call call, const ShapeCast& cast) {
@@ -117,7 +120,7 @@ void check_casts(Call call, std::span<const ShapeCast> casts) {
 std::optional<CastHit> cast_shape(const World& world, const ShapeCast& cast, const QueryOptions& options) {
   constexpr Call call = queries::call_of("cast_shape");
   check_cast(call, cast);
-  return first_hit(queries::OwnScope(call, world, options).scope, cast);
+  return queries::hit_of(first_hit(queries::OwnScope(call, world, options).scope, cast));
 }
 
 bool is_cast_blocked(const World& world, const ShapeCast& cast, const QueryOptions& options) {
@@ -139,8 +142,9 @@ void cast_shapes(const World& world, std::span<const ShapeCast> casts, std::span
   constexpr Call call = queries::call_of("cast_shapes", "cast");
   queries::check_length(call, "hits", hits.size(), casts.size());
   check_casts(call, casts);
-  queries::ask_all(call, world, casts.size(), workers, options,
-                   [&](const Scope& scope, std::size_t i) { hits[i] = first_hit(scope, casts[i]); });
+  queries::ask_all(call, world, casts.size(), workers, options, [&](const Scope& scope, std::size_t i) {
+    hits[i] = queries::hit_of(first_hit(scope, casts[i]));
+  });
 }
 
 void are_casts_blocked(const World& world, std::span<const ShapeCast> casts, std::span<std::uint8_t> blocked,
@@ -160,6 +164,19 @@ AnswerLists<CastHit> cast_shapes_all(const World& world, std::span<const ShapeCa
   return queries::list_all<CastHit>(
       call, world, casts.size(), workers, options,
       [&](const Scope& scope, std::size_t i, auto& hits) { list_hits(scope, casts[i], hits); });
+}
+
+AnswerLists<Ranged<CastHit>> queries::cast_shapes_ranged(const World& world, std::span<const ShapeCast> casts,
+                                                         Wanted wanted, Workers& workers,
+                                                         const QueryOptions& options) {
+  constexpr Call call = call_of("cast_shapes", "cast");
+  check_casts(call, casts);
+  return list_all<Ranged<CastHit>>(call, world, casts.size(), workers, options,
+                                   [&](const Scope& scope, std::size_t i, auto& hits) {
+                                     if (wanted == Wanted::all) return list_hits(scope, casts[i], hits);
+                                     if (const auto first = first_hit(scope, casts[i]))
+                                       hits.push_back(*first);
+                                   });
 }
 
 }  // namespace scree

@@ -2,6 +2,7 @@
 #include <parallel/queries/query_distance.h>
 #include <parallel/queries/query_mesh.h>
 #include <parallel/queries/query_scope.h>
+#include <parallel/queries/ranged_queries.h>
 
 #include <algorithm>
 
@@ -11,6 +12,7 @@ namespace {
 
 using queries::Gap;
 using queries::QueryShape;
+using queries::Ranged;
 using queries::Scope;
 using queries::Solid;
 
@@ -52,7 +54,7 @@ NearHit describe(const Scope& scope, const Solid& solid, const Near& near) {
   return hit;
 }
 
-std::optional<NearHit> closest(const Scope& scope, const Solid& solid, double most) {
+std::optional<Ranged<NearHit>> closest(const Scope& scope, const Solid& solid, double most) {
   Near first;
   queries::walk(scope, scope.kernels.query.approach, queries::task_of(solid), square_of(most),
                 [&](std::int32_t shape, float limit) {
@@ -64,10 +66,11 @@ std::optional<NearHit> closest(const Scope& scope, const Solid& solid, double mo
                   return std::min(limit, square_of(most));
                 });
   if (first.shape < 0) return std::nullopt;
-  return describe(scope, solid, first);
+  return Ranged<NearHit>{describe(scope, solid, first), first.gap.distance};
 }
 
-void list_near(const Scope& scope, const Solid& solid, double most, std::vector<NearHit>& hits) {
+template <class Hits>
+void list_near(const Scope& scope, const Solid& solid, double most, Hits& hits) {
   std::vector<Near> all;
   queries::walk(scope, scope.kernels.query.approach, queries::task_of(solid), square_of(most),
                 [&](std::int32_t shape, float limit) {
@@ -76,7 +79,7 @@ void list_near(const Scope& scope, const Solid& solid, double most, std::vector<
                   return limit;
                 });
   std::sort(all.begin(), all.end(), is_nearer);
-  for (const Near& near : all) hits.push_back(describe(scope, solid, near));
+  for (const Near& near : all) queries::add_hit(hits, describe(scope, solid, near), near.gap.distance);
 }
 
 // What asks, as a solid.
@@ -105,7 +108,8 @@ template <class Query>
 std::optional<NearHit> ask_closest(Call call, const World& world, const Query& query, float most,
                                    const QueryOptions& options) {
   check_all(call, std::span(&query, 1), most);
-  return closest(queries::OwnScope(call, world, options).scope, asking_of(query).solid, most);
+  return queries::hit_of(
+      closest(queries::OwnScope(call, world, options).scope, asking_of(query).solid, most));
 }
 
 template <class Query>
@@ -123,7 +127,7 @@ void ask_each_closest(Call call, const World& world, std::span<const Query> all,
   queries::check_length(call, "hits", hits.size(), all.size());
   check_all(call, all, most);
   queries::ask_all(call, world, all.size(), workers, options, [&](const Scope& scope, std::size_t i) {
-    hits[i] = closest(scope, asking_of(all[i]).solid, most);
+    hits[i] = queries::hit_of(closest(scope, asking_of(all[i]).solid, most));
   });
 }
 
@@ -135,6 +139,21 @@ AnswerLists<NearHit> ask_each_near(Call call, const World& world, std::span<cons
                                     [&](const Scope& scope, std::size_t i, auto& hits) {
                                       list_near(scope, asking_of(all[i]).solid, most, hits);
                                     });
+}
+
+template <class Query>
+AnswerLists<Ranged<NearHit>> ask_each_ranged(Call call, const World& world, std::span<const Query> all,
+                                             float most, queries::Wanted wanted, Workers& workers,
+                                             const QueryOptions& options) {
+  check_all(call, all, most);
+  return queries::list_all<Ranged<NearHit>>(call, world, all.size(), workers, options,
+                                            [&](const Scope& scope, std::size_t i, auto& hits) {
+                                              const auto asking = asking_of(all[i]);
+                                              if (wanted == queries::Wanted::all)
+                                                return list_near(scope, asking.solid, most, hits);
+                                              if (const auto first = closest(scope, asking.solid, most))
+                                                hits.push_back(*first);
+                                            });
 }
 
 }  // namespace
@@ -180,6 +199,19 @@ AnswerLists<NearHit> near_points(const World& world, std::span<const Vec3> point
 AnswerLists<NearHit> near_shapes(const World& world, std::span<const PlacedShape> shapes, float most,
                                  Workers& workers, const QueryOptions& options) {
   return ask_each_near(queries::call_of("near_shapes", "shape"), world, shapes, most, workers, options);
+}
+
+AnswerLists<Ranged<NearHit>> queries::near_points_ranged(const World& world, std::span<const Vec3> points,
+                                                         float most, Wanted wanted, Workers& workers,
+                                                         const QueryOptions& options) {
+  return ask_each_ranged(call_of("near_points", "point"), world, points, most, wanted, workers, options);
+}
+
+AnswerLists<Ranged<NearHit>> queries::near_shapes_ranged(const World& world,
+                                                         std::span<const PlacedShape> shapes, float most,
+                                                         Wanted wanted, Workers& workers,
+                                                         const QueryOptions& options) {
+  return ask_each_ranged(call_of("near_shapes", "shape"), world, shapes, most, wanted, workers, options);
 }
 
 }  // namespace scree

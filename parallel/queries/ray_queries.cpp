@@ -2,6 +2,7 @@
 #include <parallel/queries/query_mesh.h>
 #include <parallel/queries/query_ray.h>
 #include <parallel/queries/query_scope.h>
+#include <parallel/queries/ranged_queries.h>
 #include <parallel/queries/ray_order.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@ namespace {
 
 using queries::Entry;
 using queries::Line;
+using queries::Ranged;
 using queries::Scope;
 using queries::Vector;
 
@@ -63,7 +65,7 @@ CastHit describe(const WorldData& data, const Line& line, const RayMeeting& met)
   return hit;
 }
 
-std::optional<CastHit> first_hit(const Scope& scope, const Ray& ray) {
+std::optional<Ranged<CastHit>> first_hit(const Scope& scope, const Ray& ray) {
   const Line line = line_of(ray);
   RayMeeting first;
   double most = 1.0;
@@ -76,7 +78,7 @@ std::optional<CastHit> first_hit(const Scope& scope, const Ray& ray) {
     return std::min(limit, queries::limit_of(most));
   });
   if (first.shape < 0) return std::nullopt;
-  return describe(scope.data, line, first);
+  return Ranged<CastHit>{describe(scope.data, line, first), first.entry.fraction};
 }
 
 bool meets_any(const Scope& scope, const Ray& ray) {
@@ -90,7 +92,8 @@ bool meets_any(const Scope& scope, const Ray& ray) {
   return any;
 }
 
-void list_hits(const Scope& scope, const Ray& ray, std::vector<CastHit>& hits) {
+template <class Hits>
+void list_hits(const Scope& scope, const Ray& ray, Hits& hits) {
   const Line line = line_of(ray);
   std::vector<RayMeeting> all;
   queries::walk(scope, scope.kernels.query.cross, task_of(ray), 1.0f, [&](std::int32_t shape, float limit) {
@@ -99,7 +102,8 @@ void list_hits(const Scope& scope, const Ray& ray, std::vector<CastHit>& hits) {
     return limit;
   });
   std::sort(all.begin(), all.end(), is_met_first);
-  for (const RayMeeting& met : all) hits.push_back(describe(scope.data, line, met));
+  for (const RayMeeting& met : all)
+    queries::add_hit(hits, describe(scope.data, line, met), met.entry.fraction);
 }
 
 auto ordered(std::span<const Ray> rays) {
@@ -115,7 +119,7 @@ void check_rays(Call call, std::span<const Ray> rays) {
 std::optional<CastHit> cast_ray(const World& world, const Ray& ray, const QueryOptions& options) {
   constexpr Call call = queries::call_of("cast_ray");
   check_ray(call, ray);
-  return first_hit(queries::OwnScope(call, world, options).scope, ray);
+  return queries::hit_of(first_hit(queries::OwnScope(call, world, options).scope, ray));
 }
 
 bool is_blocked(const World& world, const Ray& ray, const QueryOptions& options) {
@@ -139,7 +143,8 @@ void cast_rays(const World& world, std::span<const Ray> rays, std::span<std::opt
   check_rays(call, rays);
   queries::ask_all(
       call, world, rays.size(), workers, options,
-      [&](const Scope& scope, std::size_t i) { hits[i] = first_hit(scope, rays[i]); }, ordered(rays));
+      [&](const Scope& scope, std::size_t i) { hits[i] = queries::hit_of(first_hit(scope, rays[i])); },
+      ordered(rays));
 }
 
 void are_blocked(const World& world, std::span<const Ray> rays, std::span<std::uint8_t> blocked,
@@ -160,6 +165,18 @@ AnswerLists<CastHit> cast_rays_all(const World& world, std::span<const Ray> rays
   return queries::list_all<CastHit>(
       call, world, rays.size(), workers, options,
       [&](const Scope& scope, std::size_t i, auto& hits) { list_hits(scope, rays[i], hits); });
+}
+
+AnswerLists<Ranged<CastHit>> queries::cast_rays_ranged(const World& world, std::span<const Ray> rays,
+                                                       Wanted wanted, Workers& workers,
+                                                       const QueryOptions& options) {
+  constexpr Call call = call_of("cast_rays", "ray");
+  check_rays(call, rays);
+  return list_all<Ranged<CastHit>>(call, world, rays.size(), workers, options,
+                                   [&](const Scope& scope, std::size_t i, auto& hits) {
+                                     if (wanted == Wanted::all) return list_hits(scope, rays[i], hits);
+                                     if (const auto first = first_hit(scope, rays[i])) hits.push_back(*first);
+                                   });
 }
 
 }  // namespace scree

@@ -59,7 +59,8 @@ struct RankStats {
 /// An Error of step() on one rank leaves the others waiting for it: end the run, as `MPI_Abort` does.
 ///
 /// Solvers over the whole system (see Solver) run on rank 0 alone, for all ranks. Calls that need the whole
-/// world, such as World::hash, scree::save and scree::clone, refuse its parts. Queries find what a rank has.
+/// world, such as World::hash, scree::save and scree::clone, refuse its parts. Queries to world() find what a
+/// rank has; those of scree/distributed_queries.h ask all ranks.
 ///
 /// A rank lists the events of its bodies. Those of a contact, sensor or joint between bodies of two ranks are
 /// listed on both: count them where owns() holds for the first of the two that is dynamic.

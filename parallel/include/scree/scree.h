@@ -6,6 +6,7 @@
 #include <scree/contact_hooks.h>
 #include <scree/decompose.h>
 #include <scree/distributed_player.h>
+#include <scree/distributed_queries.h>
 #include <scree/distributed_world.h>
 #include <scree/error.h>
 #include <scree/events.h>
