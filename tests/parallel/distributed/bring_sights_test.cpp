@@ -18,7 +18,7 @@ namespace scree {
 namespace {
 
 using distributed_tests::all_of;
-using distributed_tests::random_owner;
+using distributed_tests::redraw_owners;
 using distributed_tests::run_ranks;
 using distributed_tests::scramble_absent_rows;
 using physics::kStep;
@@ -100,18 +100,6 @@ Sights all_of_list(std::span<const SensorEvent> events) {
   return all;
 }
 
-void redraw_some_owners(WorldData& data, int draw, int ranks, Workers& workers) {
-  Border& border = *border_of(data);
-  adopt_calls(data, border);
-  std::vector<GivenBody> given;
-  for (std::int32_t body = 0; std::cmp_less(body, border.owner.size()); ++body) {
-    if (border.owns(body) && random_owner(body + 3000 * draw, 3) == 0)
-      given.push_back({body, random_owner(body + 1000 * draw, ranks)});
-  }
-  Crew crew(workers);
-  give_bodies(data, given, crew);
-}
-
 TEST(BringSights, EachRankTellsInTheStepWhatOneProcessTells) {
   constexpr int kSteps = 160;
   std::vector<BodyId> bodies;
@@ -142,7 +130,7 @@ TEST(BringSights, EachRankTellsInTheStepWhatOneProcessTells) {
         Workers workers(1);
         for (int i = 0; i < kSteps; ++i) {
           push(world.world(), all, i);
-          if (at_random) redraw_some_owners(data, i, ranks, workers);
+          if (at_random) redraw_owners(world.world(), i, ranks, 3, workers);
           scramble_absent_rows(data);
           world.step(kStep, workers);
           const SightsOfStep& of_one = expected[static_cast<std::size_t>(i)];

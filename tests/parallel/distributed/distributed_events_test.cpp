@@ -6,6 +6,7 @@
 #include <scree/snapshot.h>
 #include <scree/step.h>
 #include <tests/parallel/distributed/local_ranks.h>
+#include <tests/parallel/distributed/step_ranks.h>
 #include <tests/physics/lab.h>
 #include <tools/scenes/scene.h>
 
@@ -20,6 +21,7 @@ namespace scree {
 namespace {
 
 using distributed_tests::all_of;
+using distributed_tests::redraw_owners;
 using distributed_tests::run_ranks;
 using physics::kStep;
 
@@ -104,21 +106,6 @@ void stir(World& world, const std::vector<BodyId>& bodies, int step) {
   if (step == 380) world.set_linear_velocity(bodies[bodies.size() / 2], {0.5f, 6, 0});
 }
 
-// Gives a share of the bodies to owners that are drawn at random, of four.
-void give_some(DistributedWorld& world, int draw, float share, Workers& workers) {
-  WorldData& data = internals(world.world(), "test");
-  Border& border = *border_of(data);
-  adopt_calls(data, border);
-  std::vector<GivenBody> given;
-  for (std::int32_t body = 0; std::cmp_less(body, border.owner.size()); ++body) {
-    physics::Random random(static_cast<std::uint64_t>(body + 1000 * draw));
-    if (border.owns(body) && random.uniform(0, 1) < share)
-      given.push_back({body, static_cast<std::int32_t>(random.uniform(0, 3.999f))});
-  }
-  Crew crew(workers);
-  give_bodies(data, given, crew);
-}
-
 TEST(DistributedEvents, AreThoseOfOneProcessOnTheOwners) {
   constexpr int kSteps = 460;
   std::vector<BodyId> bodies;
@@ -145,7 +132,7 @@ TEST(DistributedEvents, AreThoseOfOneProcessOnTheOwners) {
       Workers workers(1);
       for (int i = 0; i < kSteps; ++i) {
         stir(world.world(), all, i);
-        if (at_random) give_some(world, i, 0.1f, workers);
+        if (at_random) redraw_owners(world.world(), i, 4, 10, workers);
         world.step(kStep, workers);
         for (const ContactEvent& event : world.world().contact_begins())
           EXPECT_TRUE(world.owns(event.body_a) || world.owns(event.body_b));
@@ -200,7 +187,7 @@ TEST(DistributedEvents, OfSleepersEndOnceWhereNeighborsBecomeKinematicAndOwnersC
     Workers workers(1);
     for (int i = 0; i < kSteps; ++i) {
       change(world.world(), i);
-      if (i == 2) give_some(world, i, 0.5f, workers);
+      if (i == 2) redraw_owners(world.world(), i, kRanks, 2, workers);
       world.step(kStep, workers);
       const std::lock_guard lock(mutex);
       add_events(world.world(), found[static_cast<std::size_t>(i)]);

@@ -58,15 +58,17 @@ inline std::int32_t random_owner(std::int32_t body, int ranks) {
 }
 inline std::int32_t owner_by_blocks(std::int32_t body, int ranks) { return body / 10 % ranks; }
 
-inline void redraw_owners(Lab& lab, int draw, int ranks, int one_in) {
-  WorldData& data = internals(lab.world);
-  const Border& border = *border_of(data);
+// Gives one in so many of this rank's bodies to owners that are drawn anew.
+inline void redraw_owners(World& world, int draw, int ranks, int one_in, Workers& workers) {
+  WorldData& data = internals(world);
+  Border& border = *border_of(data);
+  adopt_calls(data, border);
   std::vector<GivenBody> given;
   for (std::int32_t body = 0; std::cmp_less(body, border.owner.size()); ++body) {
     if (border.owns(body) && random_owner(body + 3000 * draw, one_in) == 0)
       given.push_back({body, random_owner(body + 1000 * draw, ranks)});
   }
-  Crew crew(lab.workers);
+  Crew crew(workers);
   give_bodies(data, given, crew);
 }
 
@@ -90,7 +92,7 @@ inline std::string step_ranks(const Fill& fill, const Owners& owner_of, const Ru
       divide_world(data, local.at(rank), owners);
       for (int i = 0; i < run.steps; ++i) {
         if (run.steps_per_draw > 0 && i % run.steps_per_draw == 0)
-          redraw_owners(lab, i + 1, run.ranks, run.one_in);
+          redraw_owners(lab.world, i + 1, run.ranks, run.one_in, lab.workers);
         distributed_tests::scramble_absent_rows(data);
         lab.run(1);
         hashes[place].push_back(hash_of_part(data, *border_of(data)));
