@@ -97,6 +97,10 @@ Eigen::VectorXd project(const ConstraintSystem& system, const Eigen::VectorXd& p
 // with the response A_ii it is A_ii |p - project(p - w / A_ii)|.
 double residual(const ConstraintSystem& system, const Eigen::VectorXd& p);
 
+// That of the stored impulses where the bodies' velocities hold them, of a system that was assembled as if
+// they did not. The part of a row depends on its constraint and two bodies alone, down to the last bit.
+double residual_of_stored(const ConstraintSystem& system);
+
 // Velocities after the impulses p: six numbers a body.
 Eigen::VectorXd velocities(const ConstraintSystem& system, std::span<const SystemBody> bodies,
                            const Eigen::VectorXd& p);

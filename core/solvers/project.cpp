@@ -24,9 +24,11 @@ Eigen::VectorXd project(const ConstraintSystem& system, const Eigen::VectorXd& p
   return result;
 }
 
-double residual(const ConstraintSystem& system, const Eigen::VectorXd& p) {
+namespace {
+
+// Of the impulses p, at which rows still have the speeds w.
+double residual_at(const ConstraintSystem& system, const Eigen::VectorXd& p, const Eigen::VectorXd& w) {
   if (system.rows() == 0) return 0;
-  const Eigen::VectorXd w = system.matrix * p + system.free_speed;
   Eigen::VectorXd step(system.rows());
   for (const SystemBlock& block : system.blocks) {
     double response = 0;  // one for the block, so that its step has the direction of w
@@ -39,6 +41,16 @@ double residual(const ConstraintSystem& system, const Eigen::VectorXd& p) {
   for (int i = 0; i < system.rows(); ++i) asked[i] -= divided(i);
   const Eigen::VectorXd off = p - project(system, p, asked);
   return off.cwiseProduct(step).cwiseAbs().maxCoeff();
+}
+
+}  // namespace
+
+double residual(const ConstraintSystem& system, const Eigen::VectorXd& p) {
+  return residual_at(system, p, system.matrix * p + system.free_speed);
+}
+
+double residual_of_stored(const ConstraintSystem& system) {
+  return residual_at(system, system.stored, system.compliance * system.stored + system.free_speed);
 }
 
 Eigen::VectorXd velocities(const ConstraintSystem& system, std::span<const SystemBody> bodies,

@@ -12,8 +12,7 @@ constexpr int kBodyChunk = 512;  // bodies of one task
 
 // Each body counts on one rank.
 bool is_counted(const Border* border, std::int32_t body) {
-  return border == nullptr || border->owns(body) ||
-         (border->here == 0 && border->owner_of(body) == kEveryRank);
+  return border == nullptr || speaks_for(*border, body);
 }
 
 bool any_of_all_ranks(const WorldData& data, bool any) {

@@ -22,6 +22,8 @@ std::optional<Error> attempt(Work&& work) {
     return Error("memory ran out", ErrorCode::out_of_memory);
   } catch (const std::exception& error) {
     return Error(error.what(), ErrorCode::io_failure);
+  } catch (...) {
+    return Error("something was thrown that is no std::exception", ErrorCode::io_failure);
   }
   return {};
 }

@@ -135,12 +135,10 @@ void forget_halos(WorldData& data, Border& border) {
 }
 
 std::uint64_t hash_of_part(const WorldData& data, const Border& border) {
-  const bool is_first = border.here == 0;  // which adds what all ranks have
   std::uint64_t sum = 0;
-  for (std::size_t body = 0; body < border.owner.size(); ++body) {
-    if ((data.bodies.flags[body] & kBodyAlive) == 0) continue;
-    const std::int32_t owner = border.owner[body];
-    if (owner == border.here || (owner == kEveryRank && is_first)) sum += hash_of(data.bodies, body);
+  for (std::size_t row = 0; row < border.owner.size(); ++row) {
+    const bool is_alive = (data.bodies.flags[row] & kBodyAlive) != 0;
+    if (is_alive && speaks_for(border, static_cast<std::int32_t>(row))) sum += hash_of(data.bodies, row);
   }
   return sum;
 }

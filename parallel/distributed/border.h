@@ -212,6 +212,12 @@ inline bool tells_of(const Border* border, std::int32_t body_a, std::int32_t bod
          (border->owner_of(body_a) == kEveryRank && border->owner_of(body_b) == kEveryRank);
 }
 
+// Whether a rank says for all what a body is: its own ones, and rank 0 those that are everybody's.
+inline bool speaks_for(const Border& border, std::int32_t body) {
+  const std::int32_t owner = border.owner_of(body);
+  return owner == border.here || (owner == kEveryRank && border.here == 0);
+}
+
 // Whether a rank computes a constraint that it knows. Those of a hub are solved together, so the hub's owner
 // computes them alone, and returns what they do to the other bodies.
 inline bool computes(const Border& border, const Edge& edge) {

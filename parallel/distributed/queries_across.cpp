@@ -39,15 +39,13 @@ class AskAcross {
     check_not_giving(border_);
     adopt_calls(data_, border_);
     options_.predicate = [this, given = options.predicate](ShapeId shape, BodyId body) {
-      const std::int32_t owner = border_.owner_of(static_cast<std::int32_t>(body.index));
-      const bool is_asked = owner == border_.here || (owner == kEveryRank && border_.here == 0);
-      return is_asked && (!given || given(shape, body));
+      return speaks_for(border_, static_cast<std::int32_t>(body.index)) && (!given || given(shape, body));
     };
   }
   AskAcross(const AskAcross&) = delete;
   AskAcross& operator=(const AskAcross&) = delete;
 
-  // ask(world, workers, options): this rank's answers.
+  // ask(world, workers, options): this rank's answers. What it throws on any rank, all throw.
   template <class Ask>
   auto ask(Ask&& ask) {
     std::invoke_result_t<Ask, const World&, Workers&, const QueryOptions&> own;
@@ -126,133 +124,128 @@ AnswerLists<Ranged<OverlapHit>> ranged(const AnswerLists<OverlapHit>& lists) {
   return all;
 }
 
-// ask(world, blocked, workers, options): 1 or 0 for each query of which `blocked` has an entry.
+// ask(world, blocked, workers, options): 1 or 0 for each query.
 template <class Ask>
-void block_across(DistributedWorld& world, Workers& workers, const QueryOptions& options,
-                  std::span<std::uint8_t> blocked, Ask&& ask) {
+void block_across(Call call, DistributedWorld& world, std::size_t queries, Workers& workers,
+                  const QueryOptions& options, std::span<std::uint8_t> blocked, Ask&& ask) {
   AskAcross across(world, workers, options);
-  std::vector<std::int64_t> counts(blocked.size());
-  across.ask([&](const World& part, Workers& own_workers, const QueryOptions& own_options) {
-    std::vector<std::uint8_t> own(blocked.size());
-    ask(part, std::span(own), own_workers, own_options);
-    std::copy(own.begin(), own.end(), counts.begin());
-    return 0;
-  });
+  std::vector<std::int64_t> counts =
+      across.ask([&](const World& part, Workers& crew, const QueryOptions& own) {
+        queries::check_length(call, "blocked", blocked.size(), queries);
+        std::vector<std::uint8_t> of_part(queries);
+        ask(part, std::span(of_part), crew, own);
+        return std::vector<std::int64_t>(of_part.begin(), of_part.end());
+      });
   across.add_up(counts);
-  for (std::size_t i = 0; i < blocked.size(); ++i) blocked[i] = counts[i] > 0 ? 1 : 0;
+  for (std::size_t i = 0; i < queries; ++i) blocked[i] = counts[i] > 0 ? 1 : 0;
 }
 
 }  // namespace
 
 void cast_rays(DistributedWorld& world, std::span<const Ray> rays, std::span<std::optional<CastHit>> hits,
                Workers& workers, const QueryOptions& options) {
-  queries::check_length(queries::call_of("cast_rays", "ray"), "hits", hits.size(), rays.size());
-  find_across<CastHit>(world, workers, options, hits,
-                       [&](const World& part, Workers& crew, const QueryOptions& own) {
-                         return queries::cast_rays_ranged(part, rays, Wanted::first, crew, own);
-                       });
+  constexpr Call call = queries::call_of("cast_rays", "ray");
+  find_across<CastHit>(world, workers, options, hits, [&](auto& part, auto& crew, auto& own) {
+    queries::check_length(call, "hits", hits.size(), rays.size());
+    return queries::cast_rays_ranged(call, part, rays, Wanted::first, crew, own);
+  });
 }
 
 void are_blocked(DistributedWorld& world, std::span<const Ray> rays, std::span<std::uint8_t> blocked,
                  Workers& workers, const QueryOptions& options) {
-  queries::check_length(queries::call_of("are_blocked", "ray"), "blocked", blocked.size(), rays.size());
-  block_across(world, workers, options, blocked,
-               [&](const World& part, std::span<std::uint8_t> of_part, Workers& crew,
-                   const QueryOptions& own) { are_blocked(part, rays, of_part, crew, own); });
+  block_across(
+      queries::call_of("are_blocked", "ray"), world, rays.size(), workers, options, blocked,
+      [&](auto& part, auto of_part, auto& crew, auto& own) { are_blocked(part, rays, of_part, crew, own); });
 }
 
 AnswerLists<CastHit> cast_rays_all(DistributedWorld& world, std::span<const Ray> rays, Workers& workers,
                                    const QueryOptions& options) {
-  return list_across<CastHit>(world, workers, options,
-                              [&](const World& part, Workers& crew, const QueryOptions& own) {
-                                return queries::cast_rays_ranged(part, rays, Wanted::all, crew, own);
-                              });
+  constexpr Call call = queries::call_of("cast_rays_all", "ray");
+  return list_across<CastHit>(world, workers, options, [&](auto& part, auto& crew, auto& own) {
+    return queries::cast_rays_ranged(call, part, rays, Wanted::all, crew, own);
+  });
 }
 
 void cast_shapes(DistributedWorld& world, std::span<const ShapeCast> casts,
                  std::span<std::optional<CastHit>> hits, Workers& workers, const QueryOptions& options) {
-  queries::check_length(queries::call_of("cast_shapes", "cast"), "hits", hits.size(), casts.size());
-  find_across<CastHit>(world, workers, options, hits,
-                       [&](const World& part, Workers& crew, const QueryOptions& own) {
-                         return queries::cast_shapes_ranged(part, casts, Wanted::first, crew, own);
-                       });
+  constexpr Call call = queries::call_of("cast_shapes", "cast");
+  find_across<CastHit>(world, workers, options, hits, [&](auto& part, auto& crew, auto& own) {
+    queries::check_length(call, "hits", hits.size(), casts.size());
+    return queries::cast_shapes_ranged(call, part, casts, Wanted::first, crew, own);
+  });
 }
 
 void are_casts_blocked(DistributedWorld& world, std::span<const ShapeCast> casts,
                        std::span<std::uint8_t> blocked, Workers& workers, const QueryOptions& options) {
-  queries::check_length(queries::call_of("are_casts_blocked", "cast"), "blocked", blocked.size(),
-                        casts.size());
-  block_across(world, workers, options, blocked,
-               [&](const World& part, std::span<std::uint8_t> of_part, Workers& crew,
-                   const QueryOptions& own) { are_casts_blocked(part, casts, of_part, crew, own); });
+  block_across(queries::call_of("are_casts_blocked", "cast"), world, casts.size(), workers, options, blocked,
+               [&](auto& part, auto of_part, auto& crew, auto& own) {
+                 are_casts_blocked(part, casts, of_part, crew, own);
+               });
 }
 
 AnswerLists<CastHit> cast_shapes_all(DistributedWorld& world, std::span<const ShapeCast> casts,
                                      Workers& workers, const QueryOptions& options) {
-  return list_across<CastHit>(world, workers, options,
-                              [&](const World& part, Workers& crew, const QueryOptions& own) {
-                                return queries::cast_shapes_ranged(part, casts, Wanted::all, crew, own);
-                              });
+  constexpr Call call = queries::call_of("cast_shapes_all", "cast");
+  return list_across<CastHit>(world, workers, options, [&](auto& part, auto& crew, auto& own) {
+    return queries::cast_shapes_ranged(call, part, casts, Wanted::all, crew, own);
+  });
 }
 
 AnswerLists<OverlapHit> overlap_shapes(DistributedWorld& world, std::span<const PlacedShape> shapes,
                                        Workers& workers, const QueryOptions& options) {
-  return list_across<OverlapHit>(world, workers, options,
-                                 [&](const World& part, Workers& crew, const QueryOptions& own) {
-                                   return ranged(overlap_shapes(part, shapes, crew, own));
-                                 });
+  return list_across<OverlapHit>(world, workers, options, [&](auto& part, auto& crew, auto& own) {
+    return ranged(overlap_shapes(part, shapes, crew, own));
+  });
 }
 
 AnswerLists<OverlapHit> overlap_boxes(DistributedWorld& world, std::span<const AxisBox> boxes,
                                       Workers& workers, const QueryOptions& options) {
-  return list_across<OverlapHit>(world, workers, options,
-                                 [&](const World& part, Workers& crew, const QueryOptions& own) {
-                                   return ranged(overlap_boxes(part, boxes, crew, own));
-                                 });
+  return list_across<OverlapHit>(world, workers, options, [&](auto& part, auto& crew, auto& own) {
+    return ranged(overlap_boxes(part, boxes, crew, own));
+  });
 }
 
 AnswerLists<OverlapHit> overlap_points(DistributedWorld& world, std::span<const Vec3> points,
                                        Workers& workers, const QueryOptions& options) {
-  return list_across<OverlapHit>(world, workers, options,
-                                 [&](const World& part, Workers& crew, const QueryOptions& own) {
-                                   return ranged(overlap_points(part, points, crew, own));
-                                 });
+  return list_across<OverlapHit>(world, workers, options, [&](auto& part, auto& crew, auto& own) {
+    return ranged(overlap_points(part, points, crew, own));
+  });
 }
 
 void closest_to_points(DistributedWorld& world, std::span<const Vec3> points, float most,
                        std::span<std::optional<NearHit>> hits, Workers& workers,
                        const QueryOptions& options) {
-  queries::check_length(queries::call_of("closest_to_points", "point"), "hits", hits.size(), points.size());
-  find_across<NearHit>(world, workers, options, hits,
-                       [&](const World& part, Workers& crew, const QueryOptions& own) {
-                         return queries::near_points_ranged(part, points, most, Wanted::first, crew, own);
-                       });
+  constexpr Call call = queries::call_of("closest_to_points", "point");
+  find_across<NearHit>(world, workers, options, hits, [&](auto& part, auto& crew, auto& own) {
+    queries::check_length(call, "hits", hits.size(), points.size());
+    return queries::near_points_ranged(call, part, points, most, Wanted::first, crew, own);
+  });
 }
 
 void closest_to_shapes(DistributedWorld& world, std::span<const PlacedShape> shapes, float most,
                        std::span<std::optional<NearHit>> hits, Workers& workers,
                        const QueryOptions& options) {
-  queries::check_length(queries::call_of("closest_to_shapes", "shape"), "hits", hits.size(), shapes.size());
-  find_across<NearHit>(world, workers, options, hits,
-                       [&](const World& part, Workers& crew, const QueryOptions& own) {
-                         return queries::near_shapes_ranged(part, shapes, most, Wanted::first, crew, own);
-                       });
+  constexpr Call call = queries::call_of("closest_to_shapes", "shape");
+  find_across<NearHit>(world, workers, options, hits, [&](auto& part, auto& crew, auto& own) {
+    queries::check_length(call, "hits", hits.size(), shapes.size());
+    return queries::near_shapes_ranged(call, part, shapes, most, Wanted::first, crew, own);
+  });
 }
 
 AnswerLists<NearHit> near_points(DistributedWorld& world, std::span<const Vec3> points, float most,
                                  Workers& workers, const QueryOptions& options) {
-  return list_across<NearHit>(
-      world, workers, options, [&](const World& part, Workers& crew, const QueryOptions& own) {
-        return queries::near_points_ranged(part, points, most, Wanted::all, crew, own);
-      });
+  constexpr Call call = queries::call_of("near_points", "point");
+  return list_across<NearHit>(world, workers, options, [&](auto& part, auto& crew, auto& own) {
+    return queries::near_points_ranged(call, part, points, most, Wanted::all, crew, own);
+  });
 }
 
 AnswerLists<NearHit> near_shapes(DistributedWorld& world, std::span<const PlacedShape> shapes, float most,
                                  Workers& workers, const QueryOptions& options) {
-  return list_across<NearHit>(
-      world, workers, options, [&](const World& part, Workers& crew, const QueryOptions& own) {
-        return queries::near_shapes_ranged(part, shapes, most, Wanted::all, crew, own);
-      });
+  constexpr Call call = queries::call_of("near_shapes", "shape");
+  return list_across<NearHit>(world, workers, options, [&](auto& part, auto& crew, auto& own) {
+    return queries::near_shapes_ranged(call, part, shapes, most, Wanted::all, crew, own);
+  });
 }
 
 }  // namespace scree

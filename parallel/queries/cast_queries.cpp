@@ -166,10 +166,9 @@ AnswerLists<CastHit> cast_shapes_all(const World& world, std::span<const ShapeCa
       [&](const Scope& scope, std::size_t i, auto& hits) { list_hits(scope, casts[i], hits); });
 }
 
-AnswerLists<Ranged<CastHit>> queries::cast_shapes_ranged(const World& world, std::span<const ShapeCast> casts,
-                                                         Wanted wanted, Workers& workers,
-                                                         const QueryOptions& options) {
-  constexpr Call call = call_of("cast_shapes", "cast");
+AnswerLists<Ranged<CastHit>> queries::cast_shapes_ranged(Call call, const World& world,
+                                                         std::span<const ShapeCast> casts, Wanted wanted,
+                                                         Workers& workers, const QueryOptions& options) {
   check_casts(call, casts);
   return list_all<Ranged<CastHit>>(call, world, casts.size(), workers, options,
                                    [&](const Scope& scope, std::size_t i, auto& hits) {

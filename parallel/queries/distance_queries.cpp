@@ -201,17 +201,18 @@ AnswerLists<NearHit> near_shapes(const World& world, std::span<const PlacedShape
   return ask_each_near(queries::call_of("near_shapes", "shape"), world, shapes, most, workers, options);
 }
 
-AnswerLists<Ranged<NearHit>> queries::near_points_ranged(const World& world, std::span<const Vec3> points,
-                                                         float most, Wanted wanted, Workers& workers,
+AnswerLists<Ranged<NearHit>> queries::near_points_ranged(Call call, const World& world,
+                                                         std::span<const Vec3> points, float most,
+                                                         Wanted wanted, Workers& workers,
                                                          const QueryOptions& options) {
-  return ask_each_ranged(call_of("near_points", "point"), world, points, most, wanted, workers, options);
+  return ask_each_ranged(call, world, points, most, wanted, workers, options);
 }
 
-AnswerLists<Ranged<NearHit>> queries::near_shapes_ranged(const World& world,
+AnswerLists<Ranged<NearHit>> queries::near_shapes_ranged(Call call, const World& world,
                                                          std::span<const PlacedShape> shapes, float most,
                                                          Wanted wanted, Workers& workers,
                                                          const QueryOptions& options) {
-  return ask_each_ranged(call_of("near_shapes", "shape"), world, shapes, most, wanted, workers, options);
+  return ask_each_ranged(call, world, shapes, most, wanted, workers, options);
 }
 
 }  // namespace scree

@@ -167,16 +167,20 @@ AnswerLists<CastHit> cast_rays_all(const World& world, std::span<const Ray> rays
       [&](const Scope& scope, std::size_t i, auto& hits) { list_hits(scope, rays[i], hits); });
 }
 
-AnswerLists<Ranged<CastHit>> queries::cast_rays_ranged(const World& world, std::span<const Ray> rays,
-                                                       Wanted wanted, Workers& workers,
-                                                       const QueryOptions& options) {
-  constexpr Call call = call_of("cast_rays", "ray");
+AnswerLists<Ranged<CastHit>> queries::cast_rays_ranged(Call call, const World& world,
+                                                       std::span<const Ray> rays, Wanted wanted,
+                                                       Workers& workers, const QueryOptions& options) {
   check_rays(call, rays);
-  return list_all<Ranged<CastHit>>(call, world, rays.size(), workers, options,
-                                   [&](const Scope& scope, std::size_t i, auto& hits) {
-                                     if (wanted == Wanted::all) return list_hits(scope, rays[i], hits);
-                                     if (const auto first = first_hit(scope, rays[i])) hits.push_back(*first);
-                                   });
+  if (wanted == Wanted::all) {
+    return list_all<Ranged<CastHit>>(
+        call, world, rays.size(), workers, options,
+        [&](const Scope& scope, std::size_t i, auto& hits) { list_hits(scope, rays[i], hits); });
+  }
+  std::vector<std::optional<Ranged<CastHit>>> first(rays.size());
+  ask_all(
+      call, world, rays.size(), workers, options,
+      [&](const Scope& scope, std::size_t i) { first[i] = first_hit(scope, rays[i]); }, ordered(rays));
+  return lists_of(first);
 }
 
 }  // namespace scree

@@ -9,6 +9,7 @@
 // The first substep applies the stored impulses color by color; later ones inherit the difference v - u
 // between the velocity and the velocity without impulses, which is exactly what those impulses have done.
 #include <parallel/constraints/constraints.h>
+#include <parallel/distributed/messages.h>
 #include <parallel/solvers/over_blocks.h>
 #include <parallel/solvers/solve_step.h>
 #include <parallel/stages.h>
@@ -264,13 +265,27 @@ SolveStep prepare_solve(WorldData& data, float dt, Crew& crew) {
   return step;
 }
 
+namespace {
+
+// Each rank has found that of the constraints that it knows.
+void share_residual(WorldData& data) {
+  Border* const border = border_of(data);
+  if (border == nullptr || !data.settings.measure_residual) return;
+  for (const double of_rank : gather_rows(border->transport, data.stats.residual))
+    data.stats.residual = std::max(data.stats.residual, of_rank);
+}
+
+}  // namespace
+
 void solve(WorldData& data, float dt, Crew& crew) {
   SolveStep step = prepare_solve(data, dt, crew);
   switch (data.settings.solver) {
     case Solver::soft_step:
-      return solve_soft_step(step);
+      solve_soft_step(step);
+      return share_residual(data);
     case Solver::sequential_impulse:
-      return solve_sequential_impulses(step);
+      solve_sequential_impulses(step);
+      return share_residual(data);
     default:
       return solve_whole_system(step);
   }

@@ -92,7 +92,8 @@ class MpiTeam final : public Team {
   [[noreturn]] void fail(const std::exception& error, int exit_code) override {
     stop_watching();
     if (has_begun_) {
-      // Where all fail alike, the first one ends the others before they tell the same.
+      // Where all fail alike, the first one ends the others before they tell the same. What one rank fails by
+      // alone goes untold if rank 0 fails meanwhile, too.
       if (!leads()) std::this_thread::sleep_for(kTimeToTell);
       tell(error, describe_losses());
       MPI_Abort(MPI_COMM_WORLD, exit_code);

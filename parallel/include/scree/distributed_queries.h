@@ -3,8 +3,9 @@
 //
 // All ranks call each of these together, with the same queries and options, and all of them get the answers
 // that a single process gives, bit for bit, with handles of their own parts. Each rank looks at the bodies
-// that it owns. Where any rank fails, all throw an Error: for what the query of a World throws, for what a
-// predicate throws, and in the calls of DistributedWorld::give.
+// that it owns, and asks its predicate about these alone. Where a query or a predicate throws on any rank,
+// all throw an Error. What all ranks do together must not be done in the calls of DistributedWorld::give:
+// that throws an Error there.
 #pragma once
 
 #include <scree/distributed_world.h>

@@ -65,7 +65,9 @@ struct RankStats {
 /// A rank lists the events of its bodies. Those of a contact, sensor or joint between bodies of two ranks are
 /// listed on both: count them where owns() holds for the first of the two that is dynamic.
 ///
-/// Joints that went with their bodies are listed on all ranks.
+/// Joints that went with their bodies are listed on all ranks. What joints bear is known of a rank's bodies;
+/// where owners have changed, from the next step of some length on. World::stats() counts what the rank has;
+/// the residual is that of the whole world.
 ///
 /// Hooks of contacts and the callback of user joints are set on all ranks alike. Hooks are asked about the
 /// pairs of a rank's bodies, so both ranks of a pair across a border must get the same answer. The callback

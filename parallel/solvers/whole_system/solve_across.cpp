@@ -21,7 +21,7 @@ namespace {
 struct SentBody {
   SystemBody body;
   std::int32_t row;
-  std::int32_t counts;  // this rank says where the body is
+  std::int32_t counts;  // 1: the body is as this rank says
 };
 
 // What a constraint is called on all ranks, in the order of StatedWorld.
@@ -53,9 +53,8 @@ struct StatedPart {
 StatedPart pack(const StatedWorld& stated, const Contacts& contacts, const Border& border) {
   StatedPart part;
   for (std::size_t i = 1; i < stated.bodies.size(); ++i) {
-    const std::int32_t row = stated.row[i], owner = border.owner_of(row);
-    const bool counts = owner == border.here || (owner == kEveryRank && border.here == 0);
-    part.bodies.push_back({stated.bodies[i], row, counts ? 1 : 0});
+    const std::int32_t row = stated.row[i];
+    part.bodies.push_back({stated.bodies[i], row, speaks_for(border, row) ? 1 : 0});
   }
   ConstraintName last{-1, 0, 0};
   for (std::size_t i = 0; i < stated.constraints.size(); ++i) {
@@ -77,8 +76,8 @@ StatedPart pack(const StatedWorld& stated, const Contacts& contacts, const Borde
 // Bodies and constraints of all ranks, and where each of the parts' has its place.
 struct Whole {
   StatedWorld stated;
-  std::vector<std::int32_t> place_of_row;               // by row of bodies, among the stated ones
-  std::vector<std::vector<std::int32_t>> place_of_own;  // by rank and place in StatedPart::constraints
+  std::vector<std::int32_t> place_of_row;                // by row of bodies, among the stated ones
+  std::vector<std::vector<std::int32_t>> place_of_sent;  // by rank and place in StatedPart::constraints
 };
 
 void put_bodies(const std::vector<StatedPart>& parts, const Border& border, Whole& whole) {
@@ -87,7 +86,7 @@ void put_bodies(const std::vector<StatedPart>& parts, const Border& border, Whol
     std::copy_if(part.bodies.begin(), part.bodies.end(), std::back_inserter(bodies),
                  [](const SentBody& sent) { return sent.counts != 0; });
   }
-  // Dynamic ones come first.
+  // Dynamic ones come first, as in Bodies::awake and Bodies::kinematic, which ascend.
   const auto order = [&](const SentBody& sent) {
     return std::pair(border.owner_of(sent.row) == kEveryRank, sent.row);
   };
@@ -111,7 +110,7 @@ void put_constraints(const std::vector<StatedPart>& parts, Whole& whole) {
   };
   std::vector<Place> places;
   for (std::size_t rank = 0; rank < parts.size(); ++rank) {
-    whole.place_of_own.emplace_back(parts[rank].constraints.size());
+    whole.place_of_sent.emplace_back(parts[rank].constraints.size());
     for (std::size_t i = 0; i < parts[rank].constraints.size(); ++i)
       places.push_back(
           {parts[rank].constraints[i].name, static_cast<std::int32_t>(rank), static_cast<std::int32_t>(i)});
@@ -129,7 +128,7 @@ void put_constraints(const std::vector<StatedPart>& parts, Whole& whole) {
       };
       whole.stated.constraints.push_back({sent.rows, place_of(sent.row_a), place_of(sent.row_b)});
     }
-    whole.place_of_own[rank][place] = static_cast<std::int32_t>(whole.stated.constraints.size() - 1);
+    whole.place_of_sent[rank][place] = static_cast<std::int32_t>(whole.stated.constraints.size() - 1);
   }
 }
 
@@ -145,7 +144,7 @@ Share share_of(const Whole& whole, const StatedPart& part, std::size_t rank) {
     const auto place = static_cast<std::size_t>(whole.place_of_row[static_cast<std::size_t>(sent.row)]);
     share.velocities.push_back(whole.stated.bodies[place].velocity);
   }
-  for (const std::int32_t place : whole.place_of_own[rank]) {
+  for (const std::int32_t place : whole.place_of_sent[rank]) {
     const ConstraintRows& rows = whole.stated.constraints[static_cast<std::size_t>(place)].rows;
     SentImpulses& sent = share.impulses.emplace_back();
     for (int slot = 0; slot < kMaxConstraintRows; ++slot) sent.impulse[slot] = rows.row[slot].impulse;

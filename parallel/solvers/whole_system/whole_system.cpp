@@ -142,11 +142,10 @@ double residual_of_rows(SolveStep& step) {
       [&](const simd::ConstraintChunk& chunk) {
         kernels.joint.variant[chunk.variant].store(step.joint, chunk);
       });
-  const StatedWorld stated = state_world(step.data, step.contact, step.joint, step.crew);
-  SystemPolicy policy = rigid_policy_of(step.data, step.joint.substep);
-  policy.stored_has_acted = true;
-  const ConstraintSystem system = assemble(stated.bodies, stated.constraints, policy);
-  return residual(system, system.stored);
+  StatedWorld stated = state_world(step.data, step.contact, step.joint, step.crew);
+  drop_non_finite(stated);
+  return residual_of_stored(
+      assemble(stated.bodies, stated.constraints, rigid_policy_of(step.data, step.joint.substep)));
 }
 
 StatedWorld begin_substep(SolveStep& step, const StatedWorld& last) {

@@ -220,7 +220,12 @@ TEST(DistributedQueries, ThrowOnAllRanksWhatOneThrows) {
       return std::string("nothing");
     };
     const std::string wrong = message_of([&] { cast_rays(world, far, hits, workers); });
+    EXPECT_NE(wrong.find("cast_rays: "), std::string::npos) << wrong;
     EXPECT_NE(wrong.find("origin"), std::string::npos) << wrong;
+    std::vector<std::optional<NearHit>> near(1);
+    const std::vector<Vec3> points(1);
+    const std::string minus = message_of([&] { closest_to_points(world, points, -1, near, workers); });
+    EXPECT_NE(minus.find("closest_to_points: most is -1"), std::string::npos) << minus;
     const QueryOptions fails = {.predicate = [&](ShapeId, BodyId) {
       return rank == 1 ? throw std::runtime_error("not that one") : true;
     }};

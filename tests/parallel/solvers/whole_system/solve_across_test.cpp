@@ -3,6 +3,7 @@
 #include <parallel/constraints/constraints.h>
 #include <scree/distributed_world.h>
 #include <scree/step.h>
+#include <scree/triangle_mesh.h>
 #include <tests/parallel/distributed/eventful_pile.h>
 #include <tests/parallel/distributed/local_ranks.h>
 #include <tests/parallel/distributed/step_ranks.h>
@@ -84,49 +85,125 @@ TEST(SolveAcross, HubsHaveTheBitsOfOneProcess) {
     expect_same_bits(hubs, random_owner, {.ranks = ranks, .steps = 40, .steps_per_draw = 5});
 }
 
-// By pair of shapes: the largest normal impulse of each step.
-using Impulses = std::map<std::tuple<int, std::uint32_t, std::uint32_t>, float>;
+// A ball in a valley of a mesh has two contacts with it.
+TEST(SolveAcross, MeshesHaveTheBitsOfOneProcess) {
+  const auto fill = [](Lab& lab) {
+    constexpr std::uint32_t kSide = 12;
+    std::vector<Vec3> vertices;
+    std::vector<MeshTriangle> triangles;
+    for (std::uint32_t i = 0; i < kSide * kSide; ++i) {
+      const std::uint32_t x = i % kSide, z = i / kSide;
+      const auto at = [](std::uint32_t place) { return 0.5f * static_cast<float>(place) - 3; };
+      vertices.push_back({at(x), 0.4f * static_cast<float>(x % 2), at(z)});
+      if (x + 1 == kSide || z + 1 == kSide) continue;
+      triangles.push_back({i, i + kSide, i + 1});
+      triangles.push_back({i + 1, i + kSide, i + kSide + 1});
+    }
+    const BodyId ground = lab.world.create_body({.type = BodyType::fixed});
+    lab.world.add_shape(ground, TriangleMesh(vertices, triangles));
+    for (int i = 0; i < 18; ++i)
+      lab.add({.position = {static_cast<float>(i % 3 - 1), 0.6f + 0.5f * static_cast<float>(i / 9),
+                            static_cast<float>(i / 3 % 3 - 1)}},
+              Sphere{0.3f});
+  };
+  const Fill balls = with_solver(Solver::gauss_seidel, fill);
+  Lab lab(settings_for_ranks());
+  balls(lab);
+  lab.run(40);
+  const Contacts& contacts = internals(lab.world).contacts;
+  int again = 0;  // contacts of a pair that has another one
+  for (std::size_t i = 1; i < contacts.active.size(); ++i) {
+    const ShapePair &one = contacts.now.pair[contacts.active[i - 1]],
+                    &next = contacts.now.pair[contacts.active[i]];
+    again += one.a == next.a && one.b == next.b ? 1 : 0;
+  }
+  EXPECT_GT(again, 5);
+  expect_same_bits(balls, random_owner, {.ranks = 3, .steps = 60, .steps_per_draw = 3});
+}
 
-void note_impulses(const World& world, int step, Impulses& impulses) {
+// What a step tells of contacts and joints, by their numbers.
+using Told = std::map<std::tuple<int, std::uint32_t, std::uint32_t>, std::vector<float>>;
+
+// Ranks that tell of the same must tell the same.
+void note(Told& told, int step, std::uint32_t first, std::uint32_t second, std::vector<float> values) {
+  const auto [place, is_new] = told.try_emplace({step, first, second}, values);
+  EXPECT_TRUE(is_new || place->second == values) << "step " << step << ", " << first << " and " << second;
+}
+
+void note_all(const World& world, int step, Told& told) {
   for (const auto& events : {world.contact_begins(), world.contact_persists()}) {
     for (const ContactEvent& event : events)
-      impulses[{step, event.shape_a.index, event.shape_b.index}] = event.normal_impulse;
+      note(told, step, event.shape_a.index, event.shape_b.index,
+           {event.normal_impulse, event.approach_speed});
   }
+  constexpr std::uint32_t kJoint = 1u << 30, kBroken = kJoint + 1;
+  for (const JointEvent& event : world.joint_events())
+    note(told, step, kJoint, event.joint.index, {event.force, event.torque});
+  for (const JointId joint : world.broken_joints()) note(told, step, kBroken, joint.index, {});
+}
+
+// A pile that falls on chains, whose links may break.
+World make_pile_on_chains(const WorldSettings& of_solver) {
+  World world = make_eventful_pile(30).world;
+  WorldSettings settings = world.settings();
+  settings.solver = of_solver.solver;
+  settings.solver_options = of_solver.solver_options;
+  settings.measure_residual = true;
+  world.set_settings(settings);
+  for (int chain = 0; chain < 3; ++chain) {
+    BodyId last = world.create_body({.type = BodyType::fixed});
+    for (int i = 0; i < 6; ++i) {
+      const float x = -1.25f + 0.5f * static_cast<float>(i), z = static_cast<float>(chain) - 1;
+      const BodyId link = world.create_body({.position = {x, 1, z}});
+      world.add_shape(link, Box{{0.22f, 0.1f, 0.1f}});
+      world.create_joint({.body_a = last,
+                          .body_b = link,
+                          .frame_a = {i == 0 ? Vec3{-1.5f, 1, z} : Vec3{0.25f, 0, 0}, {}},
+                          .frame_b = {{-0.25f, 0, 0}, {}},
+                          .break_force = 1500,
+                          .event_force = 100},
+                         BallJoint{});
+      last = link;
+    }
+  }
+  return world;
 }
 
 TEST(SolveAcross, TellsOfImpulsesAndFiguresAsOneProcessDoes) {
   constexpr int kSteps = 80;
-  const auto make = [] {
-    World world = make_eventful_pile(30).world;
-    WorldSettings settings = world.settings();
-    settings.solver = Solver::conjugate_gradient;
-    world.set_settings(settings);
-    return world;
-  };
-  World one = make();
-  Workers one_thread(1);
-  Impulses expected, found;
-  std::vector<std::pair<double, std::int32_t>> figures;
-  for (int i = 0; i < kSteps; ++i) {
-    step(one, kStep, one_thread);
-    note_impulses(one, i, expected);
-    figures.push_back({one.stats().residual, one.stats().solver_iterations});
-  }
-  EXPECT_GT(expected.size(), 500u);
-  std::mutex mutex;
-  const auto errors = run_ranks(3, [&](int, Transport& transport) {
-    DistributedWorld world(make(), transport, {.steps_per_look = 5, .imbalance = 1.0f});
-    Workers workers(1);
+  for (const Solver solver : {Solver::soft_step, Solver::sequential_impulse, Solver::conjugate_gradient}) {
+    SCOPED_TRACE(solver_name(solver));
+    WorldSettings settings;
+    settings.solver = solver;
+    World one = make_pile_on_chains(settings);
+    Workers one_thread(1);
+    Told expected, found;
+    std::vector<std::pair<double, std::int32_t>> figures;
+    std::size_t broken = 0;
     for (int i = 0; i < kSteps; ++i) {
-      world.step(kStep, workers);
-      const StepStats& stats = world.world().stats();
-      const std::lock_guard lock(mutex);
-      EXPECT_EQ(std::pair(stats.residual, stats.solver_iterations), figures[static_cast<std::size_t>(i)]);
-      note_impulses(world.world(), i, found);
+      step(one, kStep, one_thread);
+      note_all(one, i, expected);
+      figures.push_back({one.stats().residual, one.stats().solver_iterations});
+      broken += one.broken_joints().size();
     }
-  });
-  EXPECT_EQ(all_of(errors), "");
-  EXPECT_EQ(found, expected);
+    EXPECT_GT(expected.size(), 500u);
+    EXPECT_GT(broken, 0u);
+    std::mutex mutex;
+    const auto errors = run_ranks(3, [&](int, Transport& transport) {
+      DistributedWorld world(make_pile_on_chains(settings), transport, {.steps_per_look = 0});
+      Workers workers(1);
+      for (int i = 0; i < kSteps; ++i) {
+        redraw_owners(world.world(), i, 3, 4, workers);
+        world.step(kStep, workers);
+        const StepStats& stats = world.world().stats();
+        const std::lock_guard lock(mutex);
+        EXPECT_EQ(std::pair(stats.residual, stats.solver_iterations), figures[static_cast<std::size_t>(i)]);
+        note_all(world.world(), i, found);
+      }
+    });
+    EXPECT_EQ(all_of(errors), "");
+    EXPECT_EQ(found, expected);
+  }
 }
 
 }  // namespace
