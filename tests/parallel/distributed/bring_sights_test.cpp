@@ -23,8 +23,9 @@ using distributed_tests::run_ranks;
 using distributed_tests::scramble_absent_rows;
 using physics::kStep;
 
-constexpr int kBodies = 200;
-constexpr float kRadius = 0.05f, kMass = 1000 * 4.0f / 3 * 3.1415927f * kRadius * kRadius * kRadius;
+constexpr int kHeapBodies = 200;
+constexpr float kBallRadius = 0.05f,
+                kBallMass = 1000 * 4.0f / 3 * 3.1415927f * kBallRadius * kBallRadius * kBallRadius;
 
 // Two heaps without gravity, and a gap between them. Some bodies have sensors, thin or thick, some have two
 // balls.
@@ -33,12 +34,12 @@ World make_heaps(std::vector<BodyId>& bodies) {
   settings.gravity = {};
   World world(settings);
   physics::Random random(12);
-  for (int i = 0; i < kBodies; ++i) {
+  for (int i = 0; i < kHeapBodies; ++i) {
     const float x = i % 2 == 0 ? random.uniform(-2, -0.5f) : random.uniform(0.5f, 2);
     const BodyId body = world.create_body({.position = {x, random.uniform(-1, 1), random.uniform(-1, 1)}});
-    world.add_shape(body, Sphere{kRadius}, {}, {.filter = {.group = -1}});
+    world.add_shape(body, Sphere{kBallRadius}, {}, {.filter = {.group = -1}});
     if (i % 11 == 0)
-      world.add_shape(body, Sphere{0.5f * kRadius}, {},
+      world.add_shape(body, Sphere{0.5f * kBallRadius}, {},
                       {.local_pose = {{0, 0.3f, 0}, {}}, .filter = {.group = -1}});
     if (i % 7 < 2)
       world.add_shape(body, Box{{i % 7 == 0 ? 0.02f : 0.2f, 0.3f, 0.3f}}, {},
@@ -63,7 +64,7 @@ void push(World& world, const std::vector<BodyId>& bodies, int step) {
       continue;
     const float side = i % 2 == 0 ? 1.0f : -1.0f, speed = i % 5 == 0 ? 150.0f : 60.0f;  // m/s
     const Vec3 way = {side, random.uniform(-0.3f, 0.3f), random.uniform(-0.3f, 0.3f)};
-    world.add_force(bodies[i], way * (kChangeOfSpeed[phase] * speed * kMass / kStep));
+    world.add_force(bodies[i], way * (kChangeOfSpeed[phase] * speed * kBallMass / kStep));
   }
   const auto body = [&](int i) { return bodies[static_cast<std::size_t>(i)]; };
   if (eight >= kFirstOverload && phase == 0) {
@@ -71,7 +72,7 @@ void push(World& world, const std::vector<BodyId>& bodies, int step) {
     physics::overload(world, body(150 - eight));
   }
   if (eight >= kFirstOverload && phase == 1) {  // on bodies that have come as ghosts, too
-    for (int i = eight; i < kBodies; i += 40) world.wake(body(i));
+    for (int i = eight; i < kHeapBodies; i += 40) world.wake(body(i));
     world.set_body_type(body(60 + eight), BodyType::kinematic);
   }
 }
@@ -115,11 +116,11 @@ TEST(BringSights, EachRankTellsInTheStepWhatOneProcessTells) {
     expected.push_back({{begins.begin(), begins.end()}, {ends.begin(), ends.end()}, one.hash()});
     sights += begins.size();
     quarantined += one.quarantined_bodies().size();
-    most_asleep = std::max(most_asleep, kBodies - one.stats().awake_bodies);
+    most_asleep = std::max(most_asleep, kHeapBodies - one.stats().awake_bodies);
   }
   EXPECT_GT(sights, 1000u);
   EXPECT_GT(quarantined, 10u);
-  EXPECT_GT(most_asleep, kBodies / 4);
+  EXPECT_GT(most_asleep, kHeapBodies / 4);
   for (const int ranks : {2, 3, 4}) {
     for (const bool at_random : {false, true}) {
       const auto errors = run_ranks(ranks, [&](int, Transport& transport) {
