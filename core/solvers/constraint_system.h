@@ -97,8 +97,9 @@ Eigen::VectorXd project(const ConstraintSystem& system, const Eigen::VectorXd& p
 // with the response A_ii it is A_ii |p - project(p - w / A_ii)|.
 double residual(const ConstraintSystem& system, const Eigen::VectorXd& p);
 
-// That of the stored impulses where the bodies' velocities hold them, of a system that was assembled as if
-// they did not. The part of a row depends on its constraint and two bodies alone, down to the last bit.
+// The same of the stored impulses, of bodies whose velocities include what these have done. The system must
+// have been assembled without SystemPolicy::stored_has_acted. What a row asks for depends on its constraint
+// and two bodies alone, down to the last bit.
 double residual_of_stored(const ConstraintSystem& system);
 
 // Velocities after the impulses p: six numbers a body.

@@ -26,7 +26,7 @@ Eigen::VectorXd project(const ConstraintSystem& system, const Eigen::VectorXd& p
 
 namespace {
 
-// Of the impulses p, at which rows still have the speeds w.
+// Of the impulses p. `w`: what rows have with them, with bias and compliance.
 double residual_at(const ConstraintSystem& system, const Eigen::VectorXd& p, const Eigen::VectorXd& w) {
   if (system.rows() == 0) return 0;
   Eigen::VectorXd step(system.rows());

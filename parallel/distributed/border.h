@@ -141,7 +141,7 @@ inline Border* border_of(const WorldData& data) { return static_cast<Border*>(da
 
 // Makes a world the part of a rank: it solves what one of its bodies takes part in. `owner`: the rank of each
 // row of bodies that is a dynamic body. All ranks give worlds of the same state, and call step together.
-// Throws Error for a world that a Recorder records.
+// Throws Error for a world that a Recorder records, and for owners that are no ranks.
 void divide_world(WorldData& data, Transport& transport, std::vector<std::int32_t> owner);
 
 // Gives bodies of this rank to others, with all that is known of their pairs and joints. All ranks call it
@@ -171,7 +171,7 @@ std::uint64_t hash_of_part(const WorldData& data, const Border& border);
 // That sum. All ranks call it together.
 std::uint64_t hash_of_all(const WorldData& data, Border& border);
 
-// At the begin of a step: throws the same Error on all ranks while one gives its calls, and for new bodies
+// At the beginning of a step: throws Error within a rank's calls of give(), and on all ranks for new bodies
 // that check_position() refuses.
 void check_border(const WorldData& data);
 // What all ranks do together must not be done in a rank's calls of give(): throws Error there.

@@ -8,8 +8,8 @@
 // visitor that meet unforeseen, one strays at least. Ranks count these and tell each other the boxes around
 // what they have; most steps end there. Else
 //   1. a rank sends its sensors to those whose visitors they may meet,
-//   2. these answer with the bodies of such visitors, and say of which sensors they have not the bodies,
-//   3. and get these.
+//   2. these answer with the bodies of such visitors, and name the bodies of sensors that they lack,
+//   3. which they get.
 // More may come than is seen, as filters are not asked. What has come is in no Halo: owners decide before the
 // next pairs whether it stays.
 #include <core/world/edit.h>
@@ -193,7 +193,7 @@ Answer BringSights::answer_to(std::int32_t rank, const std::vector<SightShape>& 
   return answer;
 }
 
-// How bodies have moved in the step does not travel with them else.
+// Bodies::delta is scratch, which send_bodies() leaves out.
 void BringSights::send(std::int32_t to, const std::vector<std::int32_t>& bodies) const {
   send_bodies(border_.transport, to, data_, bodies);
   send_rows<DeltaRow>(border_.transport, to, bodies,

@@ -300,7 +300,12 @@ std::optional<Divergence> DistributedPlayer::verify(std::uint64_t to, Workers& w
     impl.take_step(workers);
     divergence = impl.compare_step();
     if (divergence) {
-      impl.find_difference(*divergence, workers);
+      try {
+        impl.find_difference(*divergence, workers);
+      } catch (...) {  // steps of it have found nothing wrong, but the world is another one by now
+        impl.is_lost = true;
+        throw;
+      }
     } else {
       divergence = impl.compare_state(workers);
     }

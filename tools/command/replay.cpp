@@ -141,7 +141,7 @@ ReplayFigures replay(const ReplayOptions& options) {
 ReplayFigures replay(const ReplayOptions& options, Team& team) {
   check_backend(options.threads, options.isa);
   if (!options.trace.empty()) throw Error("--trace " + options.trace + ": not with --distributed yet");
-  // What is not there is told by one of them.
+  // What all of them find before they begin is told by one of them.
   if (options.from && options.to) check_order(*options.from, *options.to);
   if (!std::ifstream(options.file)) throw Error(options.file + ": cannot be read", ErrorCode::io_failure);
   Workers workers(WorkersOptions{.threads = team.threads_each(options.threads), .isa = options.isa});

@@ -43,7 +43,8 @@ class SCREE_API DistributedPlayer {
   /// nothing if all agree. Where a hash differs it plays on to the next keyframe, if there is one, as
   /// Player::verify. Ranks that find other differences are named in Divergence::difference. Where a state
   /// differs although the hash of the step agrees, both hashes are that one. The next call goes back to what
-  /// was recorded. Throws Error for a step that is behind, or beyond the last one.
+  /// was recorded, with a new world, whose hooks are not set. A hook that throws on one rank leaves the
+  /// others waiting: end the run. Throws Error for a step that is behind, or beyond the last one.
   std::optional<Divergence> verify(std::uint64_t to, Workers& workers);
 
  private:

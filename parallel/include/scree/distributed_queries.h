@@ -1,5 +1,5 @@
-// Queries of many (scree/queries.h) to the whole world of all ranks. Those of a World's part find what this
-// rank has alone.
+// Queries of many (scree/queries.h) to the whole world of all ranks. Queries to DistributedWorld::world()
+// find only what this rank has.
 //
 // All ranks call each of these together, with the same queries and options, and all of them get the answers
 // that a single process gives, bit for bit, with handles of their own parts. Each rank looks at the bodies

@@ -66,7 +66,7 @@ struct RankStats {
 /// listed on both: count them where owns() holds for the first of the two that is dynamic.
 ///
 /// Joints that went with their bodies are listed on all ranks. What joints bear is known of a rank's bodies;
-/// where owners have changed, from the next step of some length on. World::stats() counts what the rank has;
+/// where owners have changed, after the next step with dt > 0. World::stats() counts what the rank has;
 /// the residual is that of the whole world.
 ///
 /// Hooks of contacts and the callback of user joints are set on all ranks alike. Hooks are asked about the

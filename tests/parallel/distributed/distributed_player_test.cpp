@@ -278,19 +278,21 @@ TEST(DistributedPlayer, LeavesNoStepOutThatWasRefused) {
   std::remove(file.c_str());
 }
 
+void record_with_hooks(const std::string& file) {
+  scenes::Scene scene = scenes::build("pile", {{"bodies", 60}}).front();
+  for (scenes::SceneShape& shape : scene.shapes) shape.options.contact_hooks = ContactHooks::all;
+  World world(scene.settings);
+  scenes::populate(world, scene);
+  Recorder recorder(world, file, kPlayedOptions);
+  Workers workers(1);
+  for (int i = 0; i < 130; ++i) step(world, kStep, workers);
+  recorder.finish();
+}
+
 // A hook that throws on one rank keeps no rank from taking the step.
 TEST(DistributedPlayer, GoesOnWhereAHookThrows) {
   const std::string file = player_file("hook");
-  {
-    scenes::Scene scene = scenes::build("pile", {{"bodies", 60}}).front();
-    for (scenes::SceneShape& shape : scene.shapes) shape.options.contact_hooks = ContactHooks::all;
-    World world(scene.settings);
-    scenes::populate(world, scene);
-    Recorder recorder(world, file, kPlayedOptions);
-    Workers workers(1);
-    for (int i = 0; i < 130; ++i) step(world, kStep, workers);
-    recorder.finish();
-  }
+  record_with_hooks(file);
   const auto errors = run_ranks(3, [&](int rank, Transport& transport) {
     Workers own(1);
     DistributedPlayer player(file, {}, transport, own);
@@ -310,6 +312,28 @@ TEST(DistributedPlayer, GoesOnWhereAHookThrows) {
     throws = false;
     EXPECT_EQ(thrown > 0, rank == 1) << thrown;
     EXPECT_EQ(player.position(), 110u);
+    const auto found = player.verify(130, own);
+    EXPECT_FALSE(found) << found->difference;
+  });
+  EXPECT_EQ(all_of(errors), "");
+  std::remove(file.c_str());
+}
+
+TEST(DistributedPlayer, GoesBackToWhatWasRecordedWhereItFailsToTellADifference) {
+  const std::string file = player_file("fails_to_tell");
+  record_with_hooks(file);
+  const auto errors = run_ranks(1, [&](int, Transport& transport) {
+    Workers own(1);
+    DistributedPlayer player(file, 100, transport, own);
+    World& world = player.world().world();
+    world.set_linear_velocity(world.body_at(kFirstBody + 20), {0, 1, 0});  // shows in the next step
+    std::uint64_t steps = 0;
+    world.set_contact_rule([&](const ContactRuleBatch&) {
+      steps = player.position() - 100;
+      if (steps == 3) throw std::runtime_error("a rule that fails");
+    });
+    EXPECT_THROW(player.verify(130, own), std::runtime_error);
+    EXPECT_EQ(steps, 3u);
     const auto found = player.verify(130, own);
     EXPECT_FALSE(found) << found->difference;
   });
